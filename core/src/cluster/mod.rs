@@ -1,0 +1,229 @@
+//! From triangles to clusters, and from clusters to one binary tree.
+//!
+//! ```text
+//! primitives --size_class--> at most 4 classes --proximity--> connected components = clusters
+//! clusters ----tree--------> in rounds, the closest two are joined --> one root
+//! ```
+//! A primitive is a triangle, or a whole object where the scene names objects. No outcome is an
+//! error: one cluster, one per triangle, or none.
+//!
+//! # Source
+//! F. Cazals, G. Drettakis, C. Puech, *Filtering, Clustering and Hierarchy Construction*, 1995, for
+//! the two steps; N. Aguilera et al., *Representaciones Espaciales Para Escenas Constituidas
+//! Mediante Agrupaciones de Objetos*, for the tree.
+
+mod box_tree;
+mod proximity;
+mod size_class;
+mod tree;
+
+use crate::geometry::{Aabb, Triangle};
+use crate::memory::{Arena, size_of_slice};
+use crate::{BuildError, Options, Scene};
+
+pub(crate) use tree::join;
+
+/// Joining halves the number of nodes in each round, so 2^30 triangles need 30 rounds.
+pub(crate) const MAX_TREE_DEPTH: usize = 30;
+
+/// A division of the triangles into clusters, numbered by their lowest triangle.
+#[derive(Debug)]
+pub struct Clusters<'s> {
+    order: &'s [u32],
+    ends: &'s [u32],
+    classes: &'s [u32],
+    class_count: u32,
+}
+
+impl Clusters<'_> {
+    /// How many clusters there are.
+    pub fn count(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// How many size classes the primitives fell into; 0 for an empty scene.
+    pub fn class_count(&self) -> u32 {
+        self.class_count
+    }
+
+    /// The size class of each cluster, 0 for the smallest primitives.
+    pub fn classes(&self) -> &[u32] {
+        self.classes
+    }
+
+    /// The triangles of each cluster, ascending.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let mut start = 0;
+        self.ends.iter().map(move |&end| {
+            let first = core::mem::replace(&mut start, end);
+            self.order.get(first as usize..end as usize).unwrap_or(&[])
+        })
+    }
+
+    /// The scratch that a division occupies as long as it is used.
+    pub(crate) const fn bytes(triangle_count: usize) -> usize {
+        size_of_slice::<u32>(triangle_count).saturating_mul(3)
+    }
+}
+
+/// The smallest box around some triangles.
+pub(crate) fn bounds_of(triangles: &[Triangle], ids: &[u32]) -> Aabb {
+    ids.iter()
+        .filter_map(|&id| triangles.get(id as usize))
+        .fold(Aabb::EMPTY, |bounds, triangle| bounds.union(triangle.bounds()))
+}
+
+/// The bytes of scratch that [`find`] needs for so many triangles.
+pub const fn scratch_capacity(triangle_count: usize) -> usize {
+    Clusters::bytes(triangle_count).saturating_add(scratch_bytes(triangle_count))
+}
+
+/// Finds the clusters of a scene.
+///
+/// Cost: near-linear, by sorting and a tree of boxes. The result depends on the scene and the
+/// options only.
+///
+/// # Errors
+/// [`BuildError::ScratchFull`] below [`scratch_capacity`] bytes, [`BuildError::Misaligned`], and
+/// those that tell of the scene or the options.
+pub fn find<'s>(
+    scene: &Scene<'_>,
+    options: &Options,
+    scratch: &'s mut [u8],
+) -> Result<Clusters<'s>, BuildError> {
+    scene.check()?;
+    options.check()?;
+    let (needed, given) = (scratch_capacity(scene.triangles.len()), scratch.len());
+    let full = BuildError::ScratchFull { needed, given };
+    if given < needed {
+        return Err(full);
+    }
+    let arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+    Ok(detect(scene, options, arena).ok_or(full)?.0)
+}
+
+/// Scratch for the steps, beside what the result occupies, for as many primitives or clusters.
+pub(crate) const fn scratch_bytes(count: usize) -> usize {
+    let detect = size_of_slice::<Aabb>(count)
+        .saturating_add(size_of_slice::<u32>(count).saturating_mul(3))
+        .saturating_add(box_tree::Scratch::bytes(count));
+    let join = tree::scratch_bytes(count);
+    if detect > join { detect } else { join }
+}
+
+/// The division into a single cluster, none for an empty scene, and the scratch left over.
+pub(crate) fn whole<'s>(
+    scene: &Scene<'_>,
+    mut arena: Arena<'s>,
+) -> Option<(Clusters<'s>, &'s mut [u8])> {
+    let count = scene.triangles.len();
+    let order = arena.take::<u32>(count)?;
+    let ends = arena.take::<u32>(count.min(1))?;
+    let classes = arena.take::<u32>(count.min(1))?;
+    for (id, slot) in (0..).zip(order.iter_mut()) {
+        *slot = id;
+    }
+    ends.fill(count as u32);
+    classes.fill(0);
+    let class_count = classes.len() as u32;
+    Some((Clusters { order, ends, classes, class_count }, arena.into_rest()))
+}
+
+/// The division that `find` describes, and the scratch left over. `None` if the scratch is full.
+pub(crate) fn detect<'s>(
+    scene: &Scene<'_>,
+    options: &Options,
+    mut arena: Arena<'s>,
+) -> Option<(Clusters<'s>, &'s mut [u8])> {
+    let count = scene.triangles.len();
+    let order = arena.take::<u32>(count)?;
+    let ends = arena.take::<u32>(count)?;
+    let classes = arena.take::<u32>(count)?;
+    let rest = arena.into_rest();
+    let found = divide(scene, options, order, ends, classes, Arena::new(&mut *rest)?)?;
+    let ends = ends.get(..found.cluster_count as usize)?;
+    let classes = classes.get(..found.cluster_count as usize)?;
+    Some((Clusters { order, ends, classes, class_count: found.class_count }, rest))
+}
+
+struct Found {
+    cluster_count: u32,
+    class_count: u32,
+}
+
+/// Fills the three lists, each as long as there are triangles.
+fn divide(
+    scene: &Scene<'_>,
+    options: &Options,
+    order: &mut [u32],
+    ends: &mut [u32],
+    classes: &mut [u32],
+    mut arena: Arena<'_>,
+) -> Option<Found> {
+    let triangles = scene.triangles;
+    let count = triangles.len();
+
+    // 1. The box of each primitive; an object number that no triangle has keeps the empty box.
+    let boxes = arena.take::<Aabb>(count)?;
+    boxes.fill(Aabb::EMPTY);
+    let primitive_of = |triangle: usize| match scene.objects {
+        Some(objects) => objects.get(triangle).map_or(0, |&object| object as usize),
+        None => triangle,
+    };
+    for (at, triangle) in triangles.iter().enumerate() {
+        if let Some(bounds) = boxes.get_mut(primitive_of(at)) {
+            *bounds = bounds.union(triangle.bounds());
+        }
+    }
+
+    // 2. Size classes, then the components of each class.
+    let class_of = arena.take::<u32>(count)?;
+    let sorted = arena.take::<u32>(count)?;
+    let component = arena.take::<u32>(count)?;
+    for (id, slot) in (0..).zip(component.iter_mut()) {
+        *slot = id;
+    }
+    let mut scratch = box_tree::Scratch::take(&mut arena, count)?;
+    let (keys, buffer) = scratch.sorting();
+    let mut first = 0;
+    let mut class_count = 0;
+    for class in size_class::divide(boxes, options, keys, sorted, buffer) {
+        let members = sorted.get_mut(first..class.end)?;
+        first = class.end;
+        for &member in members.iter() {
+            *class_of.get_mut(member as usize)? = class_count;
+        }
+        class_count += 1;
+        let proximity = f64::from(options.proximity);
+        let delta_squared = proximity * proximity * class.typical_size_squared;
+        proximity::connect(boxes, members, delta_squared, component, &mut scratch)?;
+    }
+
+    // 3. Number the components by their lowest triangle, and list the triangles of each.
+    let number_of = sorted;
+    number_of.fill(u32::MAX);
+    let mut cluster_count = 0;
+    ends.fill(0);
+    for at in 0..count {
+        let primitive = primitive_of(at) as u32;
+        let root = proximity::root(component, primitive) as usize;
+        let number = number_of.get_mut(root)?;
+        if *number == u32::MAX {
+            *number = cluster_count;
+            *classes.get_mut(cluster_count as usize)? = *class_of.get(primitive as usize)?;
+            cluster_count += 1;
+        }
+        *ends.get_mut(*number as usize)? += 1;
+    }
+    let mut sum = 0;
+    for end in ends.iter_mut().take(cluster_count as usize) {
+        sum += core::mem::replace(end, sum);
+    }
+    for at in 0..count {
+        let root = proximity::root(component, primitive_of(at) as u32) as usize;
+        let place = ends.get_mut(*number_of.get(root)? as usize)?;
+        *order.get_mut(*place as usize)? = at as u32;
+        *place += 1;
+    }
+    Some(Found { cluster_count, class_count })
+}

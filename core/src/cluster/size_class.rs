@@ -1,0 +1,88 @@
+//! Size classes: small and large primitives apart.
+//!
+//! The box diagonals are sorted; the largest ratios between neighbours, where they are at least
+//! [`LEAST_RATIO`], divide them. On a log scale these are the widest gaps.
+//!
+//! # Source
+//! Cazals, Drettakis and Puech 1995, section 3: their filter divides a histogram of sizes on a log
+//! scale where it is empty; gaps of the sorted sizes are the same without a bin width.
+
+use crate::Options;
+use crate::geometry::Aabb;
+use crate::memory::{SortBuffer, sort_by_key};
+
+/// A gap in the sizes narrower than this factor does not divide: triangles of one tessellated
+/// object differ by less from one to the next.
+const LEAST_RATIO: f64 = 2.0;
+
+/// A gap with less than this part of the primitives below it does not divide: the few smallest
+/// triangles of a tessellation (at the pole of a sphere, the lid of a teapot) are no class. Few *large*
+/// primitives are one: a floor may be two triangles.
+const LEAST_PART_BELOW: usize = 100;
+
+/// A run of the sorted primitives.
+#[derive(Clone, Copy)]
+pub(super) struct Class {
+    /// One past its last primitive in the sorted order.
+    pub end: usize,
+    /// The square of the median box diagonal.
+    pub typical_size_squared: f64,
+}
+
+/// Sorts the non-empty boxes by diagonal into `sorted` and divides them; at most
+/// `options.size_classes` classes, the smallest primitives first.
+pub(super) fn divide(
+    boxes: &[Aabb],
+    options: &Options,
+    keys: &mut [u64],
+    sorted: &mut [u32],
+    buffer: &mut SortBuffer<'_>,
+) -> heapless::Vec<Class, 4> {
+    // The bits of non-negative floats sort like the floats.
+    let mut count = 0;
+    for (id, bounds) in (0..).zip(boxes) {
+        if !bounds.is_empty()
+            && let (Some(key), Some(slot)) = (keys.get_mut(count), sorted.get_mut(count))
+        {
+            *key = bounds.diagonal_squared().to_bits();
+            *slot = id;
+            count += 1;
+        }
+    }
+    let (Some(keys), Some(sorted)) = (keys.get_mut(..count), sorted.get_mut(..count)) else {
+        return heapless::Vec::new();
+    };
+    sort_by_key(keys, sorted, buffer);
+
+    // The widest gaps: (ratio of squares, first place above), the lower of two equal ones.
+    let mut gaps = heapless::Vec::<(f64, usize), 4>::new();
+    let pairs = keys.iter().zip(keys.iter().skip(1)).zip(1..);
+    for ((&below, &above), place) in pairs {
+        let (below, above) = (f64::from_bits(below), f64::from_bits(above));
+        let wide = above >= below * (LEAST_RATIO * LEAST_RATIO) && below > 0.0;
+        if !wide || place < count.div_ceil(LEAST_PART_BELOW) {
+            continue;
+        }
+        let ratio = above / below;
+        let better = gaps.iter().position(|&(other, _)| ratio > other).unwrap_or(gaps.len());
+        let most = options.size_classes.saturating_sub(1) as usize;
+        if better < most {
+            gaps.truncate(most - 1);
+            let inserted = gaps.insert(better, (ratio, place)).is_ok();
+            debug_assert!(inserted, "at most three gaps are kept");
+        }
+    }
+
+    let mut classes = heapless::Vec::new();
+    let mut start = 0;
+    while start < count {
+        let end = gaps.iter().map(|gap| gap.1).filter(|&place| place > start).min();
+        let end = end.unwrap_or(count);
+        let median = keys.get(usize::midpoint(start, end)).copied().unwrap_or(0);
+        let class = Class { end, typical_size_squared: f64::from_bits(median) };
+        let pushed = classes.push(class).is_ok();
+        debug_assert!(pushed, "three gaps make four classes");
+        start = end;
+    }
+    classes
+}

@@ -1,0 +1,148 @@
+//! What can go wrong before the first query: building, and reading an image.
+
+use core::fmt;
+
+/// Why an index was not built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// The arena is too small; `needed` bytes are enough, exactly.
+    ArenaFull {
+        /// Bytes that the index needs.
+        needed: usize,
+        /// Bytes that were given.
+        given: usize,
+    },
+    /// The scratch is too small; `needed` bytes are enough.
+    ScratchFull {
+        /// Bytes that the build needs.
+        needed: usize,
+        /// Bytes that were given.
+        given: usize,
+    },
+    /// The arena or the scratch does not start at a multiple of [`crate::memory::ALIGNMENT`] bytes.
+    Misaligned,
+    /// A triangle has an infinite or NaN coordinate.
+    NonFiniteVertex {
+        /// The place of the triangle in the scene.
+        triangle: u32,
+    },
+    /// More triangles than ids; `most` can be indexed.
+    TooManyTriangles {
+        /// Triangles in the scene.
+        given: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// The index needs more words than `u32` links can reach: lower the level.
+    TooLarge,
+    /// The list of objects does not have one entry per triangle.
+    ObjectsMismatch {
+        /// Triangles in the scene.
+        triangles: usize,
+        /// Entries in the list of objects.
+        objects: usize,
+    },
+    /// An object number is not below the number of triangles.
+    ObjectOutOfRange {
+        /// The place of the triangle in the scene.
+        triangle: u32,
+    },
+    /// An option is outside its range.
+    InvalidOption {
+        /// The option's name.
+        option: &'static str,
+        /// What it may be.
+        allowed: &'static str,
+    },
+}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::ArenaFull { needed, given } => {
+                write!(f, "the index needs {needed} bytes, the arena has {given}")
+            }
+            Self::ScratchFull { needed, given } => {
+                write!(f, "the build needs {needed} bytes of scratch, {given} were given")
+            }
+            Self::Misaligned => write!(
+                f,
+                "the arena and the scratch must start at a multiple of {} bytes",
+                crate::memory::ALIGNMENT
+            ),
+            Self::NonFiniteVertex { triangle } => {
+                write!(f, "triangle {triangle} has an infinite or NaN coordinate")
+            }
+            Self::TooManyTriangles { given, most } => {
+                write!(f, "{given} triangles are more than the {most} that ids can name")
+            }
+            Self::TooLarge => f.write_str("the index outgrows its 32-bit links: lower the level"),
+            Self::ObjectsMismatch { triangles, objects } => {
+                write!(f, "{objects} object numbers were given for {triangles} triangles")
+            }
+            Self::ObjectOutOfRange { triangle } => write!(
+                f,
+                "the object number of triangle {triangle} is not below the number of triangles"
+            ),
+            Self::InvalidOption { option, allowed } => write!(f, "{option} must be {allowed}"),
+        }
+    }
+}
+
+impl core::error::Error for BuildError {}
+
+/// Why bytes are not an index that can be queried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The bytes do not start at a multiple of [`crate::memory::ALIGNMENT`].
+    Misaligned,
+    /// Shorter than the header, or than the header says.
+    Truncated,
+    /// Not an image of this library.
+    NotAnImage,
+    /// Written on a machine of the other byte order.
+    OtherByteOrder,
+    /// Written by another version of the format.
+    OtherVersion {
+        /// The version found.
+        found: u32,
+    },
+    /// An image of another representation.
+    OtherKind {
+        /// The kind expected; see [`crate::Representation::KIND`].
+        expected: u32,
+        /// The kind found.
+        found: u32,
+    },
+    /// A part contradicts another.
+    Malformed {
+        /// The part.
+        part: &'static str,
+        /// Where in the part, counted in its elements.
+        at: u32,
+    },
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Misaligned => write!(
+                f,
+                "the image must start at a multiple of {} bytes",
+                crate::memory::ALIGNMENT
+            ),
+            Self::Truncated => f.write_str("the image is cut short"),
+            Self::NotAnImage => f.write_str("these bytes are not an index"),
+            Self::OtherByteOrder => f.write_str("the image has the other byte order"),
+            Self::OtherVersion { found } => write!(f, "the image has format version {found}"),
+            Self::OtherKind { expected, found } => {
+                write!(f, "the image holds an index of kind {found:#x}, not {expected:#x}")
+            }
+            Self::Malformed { part, at } => write!(f, "the image is malformed: {part} {at}"),
+        }
+    }
+}
+
+impl core::error::Error for ImageError {}

@@ -1,0 +1,107 @@
+//! Boxes along the axes.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A closed box along the axes, `lo..=hi` on each.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Aabb {
+    /// The smallest coordinates.
+    pub lo: Vec3,
+    /// The largest coordinates.
+    pub hi: Vec3,
+}
+
+impl Aabb {
+    /// The box that holds nothing: joining it to a box gives that box.
+    pub const EMPTY: Self = Self {
+        lo: Vec3::INFINITY,
+        hi: Vec3::NEG_INFINITY,
+    };
+
+    /// Makes the box between two corners.
+    pub const fn new(lo: Vec3, hi: Vec3) -> Self {
+        Self { lo, hi }
+    }
+
+    /// Tells whether no point lies in the box.
+    pub fn is_empty(&self) -> bool {
+        !(self.lo.x <= self.hi.x && self.lo.y <= self.hi.y && self.lo.z <= self.hi.z)
+    }
+
+    /// The smallest box that holds this one and `point`.
+    #[must_use]
+    pub fn with_point(self, point: Vec3) -> Self {
+        self.union(Self::new(point, point))
+    }
+
+    /// The smallest box that holds both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        // Comparisons rather than f32::min: the sign of a zero that f32::min returns for (0, -0)
+        // differs between targets. Adding 0.0 leaves one zero only.
+        let less = |a: f32, b: f32| if b < a { b } else { a } + 0.0;
+        let more = |a: f32, b: f32| if b > a { b } else { a } + 0.0;
+        Self {
+            lo: Vec3::new(
+                less(self.lo.x, other.lo.x),
+                less(self.lo.y, other.lo.y),
+                less(self.lo.z, other.lo.z),
+            ),
+            hi: Vec3::new(
+                more(self.hi.x, other.hi.x),
+                more(self.hi.y, other.hi.y),
+                more(self.hi.z, other.hi.z),
+            ),
+        }
+    }
+
+    /// The lengths of the sides in `f64`, where they neither overflow nor lose a box of non-zero
+    /// length; zeros for the empty box.
+    pub fn extent(&self) -> [f64; 3] {
+        if self.is_empty() {
+            return [0.0; 3];
+        }
+        [
+            f64::from(self.hi.x) - f64::from(self.lo.x),
+            f64::from(self.hi.y) - f64::from(self.lo.y),
+            f64::from(self.hi.z) - f64::from(self.lo.z),
+        ]
+    }
+
+    /// The middle, rounded to `f32`; never overflows.
+    pub fn centre(&self) -> Vec3 {
+        let middle = |lo: f32, hi: f32| ((f64::from(lo) + f64::from(hi)) * 0.5) as f32;
+        Vec3::new(
+            middle(self.lo.x, self.hi.x),
+            middle(self.lo.y, self.hi.y),
+            middle(self.lo.z, self.hi.z),
+        )
+    }
+
+    /// The square of the length of the diagonal, in `f64`.
+    pub fn diagonal_squared(&self) -> f64 {
+        let [x, y, z] = self.extent();
+        x * x + y * y + z * z
+    }
+
+    /// The square of the gap between two boxes; 0 where they touch or overlap.
+    pub fn gap_squared(&self, other: &Self) -> f64 {
+        let gap = |lo0: f32, hi0: f32, lo1: f32, hi1: f32| {
+            let below = f64::from(lo1) - f64::from(hi0);
+            let above = f64::from(lo0) - f64::from(hi1);
+            let gap = if below > above { below } else { above };
+            if gap > 0.0 { gap } else { 0.0 }
+        };
+        let x = gap(self.lo.x, self.hi.x, other.lo.x, other.hi.x);
+        let y = gap(self.lo.y, self.hi.y, other.lo.y, other.hi.y);
+        let z = gap(self.lo.z, self.hi.z, other.lo.z, other.hi.z);
+        x * x + y * y + z * z
+    }
+
+    /// Tells whether `other` lies wholly inside; the empty box lies in every box.
+    pub fn contains(&self, other: &Self) -> bool {
+        other.is_empty() || self.union(*other) == *self
+    }
+}

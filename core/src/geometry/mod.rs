@@ -1,0 +1,25 @@
+//! Values without policy: rays, boxes, triangles, and the exact test between a ray and a triangle.
+//!
+//! ```text
+//! Ray (checked once) --+-- kernel::hit_distance ---- f32 filter -> f64 filter -> Expansion
+//!                      +-- RaySpan (clip, plane) --- conservative slabs for the indices
+//! ```
+//!
+//! `kernel` decides hits exactly; `span` never keeps a ray out of a box that holds a hit. Together
+//! they make every index equal to the linear scan, bit for bit.
+
+mod aabb;
+mod expansion;
+pub mod kernel;
+mod overlap;
+mod ray;
+mod span;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use kernel::intersect;
+pub use overlap::may_overlap;
+pub use ray::{Ray, RayError};
+pub(crate) use span::last_parameter;
+pub use span::{AxisCrossing, RaySpan, Span};
+pub use triangle::Triangle;

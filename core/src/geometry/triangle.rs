@@ -1,0 +1,50 @@
+//! Three corners.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::Aabb;
+
+/// A closed triangle: its edges and corners belong to it.
+///
+/// Corners may coincide or lie on a line; such a triangle is never hit. Winding does not matter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Triangle {
+    /// The corner where `u = v = 0`.
+    pub a: Vec3,
+    /// The corner where `u = 1`.
+    pub b: Vec3,
+    /// The corner where `v = 1`.
+    pub c: Vec3,
+}
+
+impl Triangle {
+    /// Makes a triangle from its corners.
+    pub const fn new(a: Vec3, b: Vec3, c: Vec3) -> Self {
+        Self { a, b, c }
+    }
+
+    /// Tells whether all nine coordinates are finite.
+    pub fn is_finite(&self) -> bool {
+        self.a.is_finite() && self.b.is_finite() && self.c.is_finite()
+    }
+
+    /// The smallest box that holds the triangle. Exact: minima and maxima of given coordinates.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::EMPTY
+            .with_point(self.a)
+            .with_point(self.b)
+            .with_point(self.c)
+    }
+
+    /// The vector `(b - a) x (c - a)`, twice the area long; zero for a triangle without area.
+    pub fn normal(&self) -> Vec3 {
+        (self.b - self.a).cross(self.c - self.a)
+    }
+
+    /// The point with barycentric coordinates `u` (of `b`) and `v` (of `c`).
+    pub fn at(&self, u: f32, v: f32) -> Vec3 {
+        self.a + (self.b - self.a) * u + (self.c - self.a) * v
+    }
+}

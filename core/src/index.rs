@@ -1,0 +1,282 @@
+//! The seam between those who ask and those who know.
+//!
+//! [`RayIndex`] is what callers see, [`crate::indices::LocalIndex`] what an author of an index writes,
+//! and [`Index`] joins the two: one local index over everything, or one for each cluster below a
+//! cluster tree, in one arena.
+
+use core::marker::PhantomData;
+use core::ops::ControlFlow;
+
+use crate::cluster::{self, Clusters};
+use crate::geometry::{Ray, RaySpan};
+use crate::indices::{Group, Local, LocalIndex, Statistics, walk};
+use crate::memory::{Arena, ClusterNode, Image, Layout, NodeId, Words, encode_header, padded};
+use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
+use crate::{BuildError, ImageError, Options, Scene, Triangle};
+
+/// Answers ray queries. Every index over the same triangles gives the same bits.
+pub trait RayIndex {
+    /// The triangles, by id, as the index holds them.
+    fn triangles(&self) -> &[Triangle];
+
+    /// The index itself: what to write to a file and read back with [`Index::from_bytes`].
+    fn as_bytes(&self) -> &[u8];
+
+    /// The closest hit; of several at the same `t`, the one with the lowest id.
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
+
+    /// Whether anything is hit between `t_min` and `t_max`.
+    fn occluded(&self, ray: &Ray) -> bool;
+
+    /// Every hit by `(t, id)`, as far as `buffer` holds them: if they are more, the closest.
+    fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h>;
+
+    /// As [`RayIndex::closest_hit`], and adds to the counters.
+    fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit>;
+
+    /// As [`RayIndex::occluded`], and adds to the counters.
+    fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool;
+}
+
+/// How many bytes a build needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capacity {
+    /// For the index: exactly what it will use.
+    pub index: usize,
+    /// For the build; free again afterwards.
+    pub scratch: usize,
+}
+
+/// What an index consists of: a kind of local index, alone or one per cluster.
+///
+/// Implemented for every [`LocalIndex`] (the *simple* representations) and for
+/// [`crate::Clustered`] of it (the *composite* ones).
+pub trait Representation: 'static {
+    /// The local index.
+    type Local: LocalIndex;
+    /// Whether the scene is divided into clusters.
+    const CLUSTERED: bool;
+    /// The name used on command lines and in tables.
+    const NAME: &'static str;
+    /// The number that tells images apart.
+    const KIND: u32 = <Self::Local as LocalIndex>::KIND | (Self::CLUSTERED as u32) << 16;
+}
+
+/// An index in an arena.
+pub struct Index<'a, R> {
+    image: Image<'a>,
+    representation: PhantomData<R>,
+}
+
+impl<R> Clone for Index<'_, R> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<R> Copy for Index<'_, R> {}
+
+impl<'a, R: Representation> Index<'a, R> {
+    /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound.
+    pub fn scratch_capacity(triangle_count: usize, options: &Options) -> usize {
+        let persistent = Clusters::bytes(triangle_count);
+        let detect = if R::CLUSTERED { cluster::scratch_bytes(triangle_count) } else { 0 };
+        let local = padded(R::Local::scratch_bytes(triangle_count, options));
+        persistent.saturating_add(detect.max(local))
+    }
+
+    /// The bytes that [`Index::build`] needs: a dry run, in `scratch_capacity` bytes of scratch.
+    ///
+    /// Cost: as the build.
+    ///
+    /// # Errors
+    /// As [`Index::build`], but never [`BuildError::ArenaFull`].
+    pub fn capacity(
+        scene: &Scene<'_>,
+        options: &Options,
+        scratch: &mut [u8],
+    ) -> Result<Capacity, BuildError> {
+        match Self::build(scene, options, &mut [], scratch) {
+            Err(BuildError::ArenaFull { needed, .. }) => Ok(Capacity {
+                index: needed,
+                scratch: Self::scratch_capacity(scene.triangles.len(), options),
+            }),
+            Err(error) => Err(error),
+            // Not to be had: an index has a header.
+            Ok(index) => Ok(Capacity { index: index.as_bytes().len(), scratch: 0 }),
+        }
+    }
+
+    /// Builds an index of `scene` in the first bytes of `arena`.
+    ///
+    /// Both slices start at a multiple of [`crate::memory::ALIGNMENT`]; see [`crate::Block`].
+    /// The bytes written depend on the scene and the options only.
+    ///
+    /// # Errors
+    /// Any of [`BuildError`]; [`BuildError::ArenaFull`] says how much would have been enough. The
+    /// arena's contents are then undefined.
+    pub fn build(
+        scene: &Scene<'_>,
+        options: &Options,
+        arena: &'a mut [u8],
+        scratch: &mut [u8],
+    ) -> Result<Self, BuildError> {
+        scene.check()?;
+        options.check()?;
+        let triangles = scene.triangles;
+        let scratch_needed = Self::scratch_capacity(triangles.len(), options);
+        let scratch_full =
+            BuildError::ScratchFull { needed: scratch_needed, given: scratch.len() };
+        if scratch.len() < scratch_needed {
+            return Err(scratch_full);
+        }
+        if Arena::new(arena).is_none() {
+            return Err(BuildError::Misaligned);
+        }
+        let scratch = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+
+        // 1. Divide the triangles into clusters.
+        let (clusters, scratch) = if R::CLUSTERED {
+            cluster::detect(scene, options, scratch).ok_or(scratch_full)?
+        } else {
+            cluster::whole(scene, scratch).ok_or(scratch_full)?
+        };
+
+        // 2. Lay out what is known already. In an arena too small for it, only count.
+        let given = arena.len();
+        let layout = Layout::new(triangles.len(), clusters.count());
+        let (fixed, word_bytes) = match arena.split_at_mut_checked(layout.words) {
+            Some((fixed, rest)) => (Some(fixed), rest),
+            None => (None, Default::default()),
+        };
+        let fixed = fixed.map(|bytes| layout.split(bytes));
+        let (header, triangle_bytes, nodes) = fixed.unwrap_or_default();
+
+        // 3. One local index for each cluster, one after the other.
+        let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
+        let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
+        let mut words = Words::new(bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default());
+        for (at, ids) in clusters.iter().enumerate() {
+            let bounds = cluster::bounds_of(triangles, ids);
+            let first = words.len();
+            R::Local::build(&Group { triangles, ids, bounds }, options, &mut words, scratch)?;
+            if words.len() > u32::MAX as usize {
+                return Err(BuildError::TooLarge);
+            }
+            if let Some(leaf) = nodes.get_mut(at) {
+                let links = [first as u32, (words.len() - first) as u32];
+                *leaf = ClusterNode { bounds, links, parent: NodeId::NONE };
+            }
+        }
+        let needed = layout.total(words.len());
+        if given < needed {
+            return Err(BuildError::ArenaFull { needed, given });
+        }
+
+        // 4. Join the clusters into the cluster tree.
+        cluster::join(nodes, clusters.count(), scratch).ok_or(scratch_full)?;
+
+        // 5. The triangles, and the header last.
+        for (to, from) in triangle_bytes.iter_mut().zip(bytemuck::must_cast_slice(triangles)) {
+            *to = *from;
+        }
+        let (triangle_count, word_count) = (triangles.len() as u32, words.len() as u32);
+        encode_header(header, R::KIND, triangle_count, clusters.count() as u32, word_count);
+        let image = Image::view(arena).map_err(|_| BuildError::ArenaFull { needed, given })?;
+        Ok(Self { image, representation: PhantomData })
+    }
+
+    /// Takes over bytes that [`RayIndex::as_bytes`] gave, in place.
+    ///
+    /// Checks everything on which the walks rely, so it never panics and a query never runs for
+    /// ever, for any input. Bytes made up by someone can still give wrong answers.
+    /// Cost: linear in the length.
+    ///
+    /// # Errors
+    /// Any of [`ImageError`].
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ImageError> {
+        let image = Image::parse(bytes)?;
+        if image.kind() != R::KIND {
+            return Err(ImageError::OtherKind { expected: R::KIND, found: image.kind() });
+        }
+        let index = Self { image, representation: PhantomData };
+        index.check()?;
+        Ok(index)
+    }
+
+    /// Walks all local indices, checks their invariants, and says what they consist of.
+    ///
+    /// # Errors
+    /// [`ImageError::Malformed`]; never for an index that `build` returned.
+    pub fn check(&self) -> Result<Statistics, ImageError> {
+        let mut sum = Statistics::default();
+        let clusters = self.image.cluster_count() as usize;
+        for (at, leaf) in self.image.nodes().iter().take(clusters).enumerate() {
+            let local = Local::of(&self.image, leaf);
+            let part = R::Local::check(&local)
+                .ok_or(ImageError::Malformed { part: R::NAME, at: at as u32 })?;
+            sum = sum.joined(part);
+        }
+        Ok(sum)
+    }
+
+    /// The parts that the index consists of.
+    pub fn image(&self) -> &Image<'a> {
+        &self.image
+    }
+
+    /// How many clusters there are; 1 for a simple representation, 0 for an empty scene.
+    pub fn cluster_count(&self) -> u32 {
+        self.image.cluster_count()
+    }
+
+    fn run<Q: Query>(&self, ray: &Ray, query: &mut Q) {
+        // Both outcomes end the walk; the query knows the answer.
+        let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
+            walk::<R::Local, Q>(&self.image, &RaySpan::new(ray), query);
+    }
+
+    fn closest<C: Count>(&self, ray: &Ray, count: C) -> Option<Hit> {
+        let mut query = Closest::new(ray, count);
+        self.run(ray, &mut query);
+        query.finish(self.image.triangles())
+    }
+
+    fn any<C: Count>(&self, ray: &Ray, count: C) -> bool {
+        let mut query = Occluded::new(ray, count);
+        self.run(ray, &mut query);
+        query.found
+    }
+}
+
+impl<R: Representation> RayIndex for Index<'_, R> {
+    fn triangles(&self) -> &[Triangle] {
+        self.image.triangles()
+    }
+
+    fn as_bytes(&self) -> &[u8] {
+        self.image.bytes()
+    }
+
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.closest(ray, ())
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.any(ray, ())
+    }
+
+    fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
+        let mut query = All::new(ray, buffer, ());
+        self.run(ray, &mut query);
+        query.finish(self.image.triangles())
+    }
+
+    fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
+        self.closest(ray, counters)
+    }
+
+    fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
+        self.any(ray, counters)
+    }
+}

@@ -1,0 +1,52 @@
+//! No index: every triangle is tested. The oracle that all others are compared with.
+//!
+//! ```text
+//! words:  id id id ...
+//! ```
+
+use core::ops::ControlFlow;
+
+use super::{Group, Local, LocalIndex, Statistics};
+use crate::geometry::{RaySpan, Span};
+use crate::memory::Words;
+use crate::query::Query;
+use crate::{BuildError, Options};
+
+/// The linear scan.
+pub enum Linear {}
+
+impl LocalIndex for Linear {
+    const NAME: &'static str = "linear";
+    const HIERARCHY_NAME: &'static str = "linear-hierarchy";
+    const KIND: u32 = 1;
+
+    fn scratch_bytes(_: usize, _: &Options) -> usize {
+        0
+    }
+
+    fn build(
+        group: &Group<'_>,
+        _: &Options,
+        words: &mut Words<'_>,
+        _: &mut [u8],
+    ) -> Result<(), BuildError> {
+        words.extend(group.ids);
+        Ok(())
+    }
+
+    fn traverse<Q: Query>(
+        local: &Local<'_>,
+        _: &RaySpan,
+        _: Span,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        local.test(0, local.words.len() as u32, query)
+    }
+
+    fn check(local: &Local<'_>) -> Option<Statistics> {
+        let count = local.words.len() as u32;
+        let mut statistics = Statistics::default();
+        statistics.add_leaf(count, 0);
+        local.are_ids(0, count).then_some(statistics)
+    }
+}

@@ -1,0 +1,162 @@
+//! The ways to find the triangles near a ray: one file each.
+//!
+//! To add an index, implement [`LocalIndex`] in a file of its own and add one line to
+//! `registry.rs`; the command line, the tests, the benches and the fuzz targets then run it, alone and
+//! clustered.
+
+mod clustered;
+mod linear;
+mod octree;
+mod registry;
+
+use core::ops::ControlFlow;
+
+pub use clustered::Clustered;
+pub(crate) use clustered::walk;
+pub use linear::Linear;
+pub use octree::Octree;
+pub use registry::{AnyIndex, IndexKind};
+
+use crate::geometry::{Aabb, RaySpan, Span, Triangle};
+use crate::index::Representation;
+use crate::memory::{ClusterNode, Image, Words};
+use crate::query::{Query, TriangleId};
+use crate::{BuildError, Options};
+
+/// A spatial index over one group of triangles, written as a run of `u32` words.
+///
+/// It need not decide anything exactly: it shows triangles to a [`Query`], which does. It must show
+/// every triangle that the ray hits in the span, unless the hit lies beyond [`Query::last`] at the time.
+pub trait LocalIndex: 'static {
+    /// The name of the simple representation, for command lines and tables.
+    const NAME: &'static str;
+    /// The name of the clustered representation.
+    const HIERARCHY_NAME: &'static str;
+    /// The number that tells images apart, below 2^16, never used again for another format.
+    const KIND: u32;
+
+    /// A bound on the scratch bytes that a group of `triangle_count` needs.
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
+
+    /// Appends the group's index to `words`, with all links relative to its first word. What is
+    /// written must depend on the arguments only, and not on words read back.
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`] if links outgrow their field.
+    fn build(
+        group: &Group<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError>;
+
+    /// Shows `query` the triangles near the part `span` of the ray, which lies in the group's box.
+    fn traverse<Q: Query>(
+        local: &Local<'_>,
+        ray: &RaySpan,
+        span: Span,
+        query: &mut Q,
+    ) -> ControlFlow<()>;
+
+    /// Checks everything on which `traverse` relies to end and to stay inside, for any words, and says
+    /// what the index consists of. `None` if something is wrong. Cost: linear.
+    fn check(local: &Local<'_>) -> Option<Statistics>;
+}
+
+impl<L: LocalIndex> Representation for L {
+    type Local = L;
+    const CLUSTERED: bool = false;
+    const NAME: &'static str = L::NAME;
+}
+
+/// What a local index is built from.
+#[derive(Clone, Copy)]
+pub struct Group<'a> {
+    /// All triangles of the scene.
+    pub triangles: &'a [Triangle],
+    /// Those of the group, ascending; at least one.
+    pub ids: &'a [u32],
+    /// The smallest box around the group.
+    pub bounds: Aabb,
+}
+
+/// A local index to be queried.
+#[derive(Clone, Copy)]
+pub struct Local<'a> {
+    /// All triangles of the scene.
+    pub triangles: &'a [Triangle],
+    /// The smallest box around the group.
+    pub bounds: Aabb,
+    /// What `build` wrote.
+    pub words: &'a [u32],
+}
+
+impl<'a> Local<'a> {
+    pub(crate) fn of(image: &Image<'a>, leaf: &ClusterNode) -> Self {
+        Self { triangles: image.triangles(), bounds: leaf.bounds, words: image.local_words(leaf) }
+    }
+
+    /// One word; 0 past the end.
+    #[inline]
+    pub fn word(&self, at: u32) -> u32 {
+        self.words.get(at as usize).copied().unwrap_or(0)
+    }
+
+    /// Shows `query` the triangles that `count` words from `first` name.
+    #[inline]
+    pub fn test<Q: Query>(&self, first: u32, count: u32, query: &mut Q) -> ControlFlow<()> {
+        let first = first as usize;
+        for &id in self.words.get(first..first.saturating_add(count as usize)).unwrap_or(&[]) {
+            if let Some(triangle) = self.triangles.get(id as usize) {
+                query.test(TriangleId(id), triangle)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Tells whether `count` words from `first` are all ids of triangles, ascending.
+    pub fn are_ids(&self, first: u32, count: u32) -> bool {
+        let (first, count) = (first as usize, count as usize);
+        self.words.get(first..first.saturating_add(count)).is_some_and(|ids| {
+            ids.is_sorted_by(|a, b| a < b)
+                && ids.last().is_none_or(|&id| (id as usize) < self.triangles.len())
+        })
+    }
+}
+
+/// What an index consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Nodes that have children.
+    pub inner_nodes: u64,
+    /// Nodes that hold triangles.
+    pub leaves: u64,
+    /// Triangles filed, counting one filed in several leaves several times.
+    pub references: u64,
+    /// The most references in one leaf.
+    pub largest_leaf: u32,
+    /// The level of the deepest leaf; the root is level 0.
+    pub deepest_level: u32,
+}
+
+impl Statistics {
+    /// Both together.
+    #[must_use]
+    pub fn joined(self, other: Self) -> Self {
+        Self {
+            inner_nodes: self.inner_nodes + other.inner_nodes,
+            leaves: self.leaves + other.leaves,
+            references: self.references + other.references,
+            largest_leaf: self.largest_leaf.max(other.largest_leaf),
+            deepest_level: self.deepest_level.max(other.deepest_level),
+        }
+    }
+
+    /// Counts a leaf.
+    pub fn add_leaf(&mut self, references: u32, level: u32) {
+        self.leaves += 1;
+        self.references += u64::from(references);
+        self.largest_leaf = self.largest_leaf.max(references);
+        self.deepest_level = self.deepest_level.max(level);
+    }
+}

@@ -1,0 +1,169 @@
+//! The list of all indices: one line each.
+
+use super::{Clustered, Linear, Octree};
+use crate::index::{Capacity, Index, RayIndex, Representation};
+use crate::memory::Image;
+use crate::query::{AllHits, Counters, Hit};
+use crate::{BuildError, ImageError, Options, Ray, Scene, Triangle, indices::Statistics};
+
+registry! {
+    /// Every triangle, one after the other: the oracle.
+    Linear = Linear,
+    /// One octree over everything.
+    Octree = Octree,
+    /// The paper's octree hierarchy.
+    OctreeHierarchy = Clustered<Octree>,
+}
+
+macro_rules! registry {
+    ($($(#[$doc:meta])* $variant:ident = $representation:ty,)*) => {
+        /// A kind of index, chosen at run time.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum IndexKind {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl IndexKind {
+            /// All of them; the oracle first.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// The name on command lines and in tables.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => <$representation as Representation>::NAME,)*
+                }
+            }
+
+            /// Whether it works on clusters.
+            pub const fn is_clustered(self) -> bool {
+                match self {
+                    $(Self::$variant => <$representation as Representation>::CLUSTERED,)*
+                }
+            }
+
+            /// See [`Index::scratch_capacity`].
+            pub fn scratch_capacity(self, triangle_count: usize, options: &Options) -> usize {
+                match self {
+                    $(Self::$variant => {
+                        Index::<$representation>::scratch_capacity(triangle_count, options)
+                    })*
+                }
+            }
+
+            /// See [`Index::capacity`].
+            ///
+            /// # Errors
+            /// As there.
+            pub fn capacity(
+                self,
+                scene: &Scene<'_>,
+                options: &Options,
+                scratch: &mut [u8],
+            ) -> Result<Capacity, BuildError> {
+                match self {
+                    $(Self::$variant => {
+                        Index::<$representation>::capacity(scene, options, scratch)
+                    })*
+                }
+            }
+
+            /// See [`Index::build`].
+            ///
+            /// # Errors
+            /// As there.
+            pub fn build<'a>(
+                self,
+                scene: &Scene<'_>,
+                options: &Options,
+                arena: &'a mut [u8],
+                scratch: &mut [u8],
+            ) -> Result<AnyIndex<'a>, BuildError> {
+                match self {
+                    $(Self::$variant => {
+                        Index::build(scene, options, arena, scratch).map(AnyIndex::$variant)
+                    })*
+                }
+            }
+
+            /// See [`Index::from_bytes`].
+            ///
+            /// # Errors
+            /// As there.
+            pub fn from_bytes(self, bytes: &[u8]) -> Result<AnyIndex<'_>, ImageError> {
+                match self {
+                    $(Self::$variant => Index::from_bytes(bytes).map(AnyIndex::$variant),)*
+                }
+            }
+        }
+
+        /// An index of any kind.
+        #[derive(Clone, Copy)]
+        pub enum AnyIndex<'a> {
+            $($(#[$doc])* $variant(Index<'a, $representation>),)*
+        }
+
+        impl<'a> AnyIndex<'a> {
+            /// Which kind it is.
+            pub const fn kind(&self) -> IndexKind {
+                match self {
+                    $(Self::$variant(_) => IndexKind::$variant,)*
+                }
+            }
+
+            /// The parts that the index consists of.
+            pub fn image(&self) -> &Image<'a> {
+                match self {
+                    $(Self::$variant(index) => index.image(),)*
+                }
+            }
+
+            /// See [`Index::check`].
+            ///
+            /// # Errors
+            /// As there.
+            pub fn check(&self) -> Result<Statistics, ImageError> {
+                match self {
+                    $(Self::$variant(index) => index.check(),)*
+                }
+            }
+
+            /// The index behind the kind; ask it directly in a hot loop.
+            pub fn as_ray_index(&self) -> &(dyn RayIndex + Sync + 'a) {
+                match self {
+                    $(Self::$variant(index) => index,)*
+                }
+            }
+        }
+    };
+}
+use registry;
+
+impl RayIndex for AnyIndex<'_> {
+    fn triangles(&self) -> &[Triangle] {
+        self.image().triangles()
+    }
+
+    fn as_bytes(&self) -> &[u8] {
+        self.image().bytes()
+    }
+
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.as_ray_index().closest_hit(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.as_ray_index().occluded(ray)
+    }
+
+    fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
+        self.as_ray_index().all_hits(ray, buffer)
+    }
+
+    fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
+        self.as_ray_index().closest_hit_counted(ray, counters)
+    }
+
+    fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
+        self.as_ray_index().occluded_counted(ray, counters)
+    }
+}

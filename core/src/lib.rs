@@ -1,0 +1,59 @@
+//! Exact ray queries on scenes made of groups of objects, in memory that you provide.
+//!
+//! ```text
+//! triangles -> clusters -> one local index per cluster -> cluster tree -> queries
+//! scene        cluster     indices                        cluster::tree   query, index
+//! ```
+//!
+//! An index is built inside one byte slice (an arena) with the help of a second (the scratch), both
+//! yours. Everything in it is linked by `u32` ids, so the used part of the arena can be written to
+//! a file or put in ROM, and queried in place. No allocation, no panic, no recursion without a
+//! bound, and the same bits on every target.
+//!
+//! # Examples
+//! ```
+//! use arboleda::{Block, Clustered, Index, Octree, Options, Ray, RayIndex, Scene, Triangle, Vec3};
+//!
+//! let corner = Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y);
+//! let far_corner = Triangle::new(Vec3::splat(50.0), Vec3::new(51.0, 50.0, 50.0), Vec3::new(50.0, 51.0, 50.0));
+//! let triangles = [corner, far_corner];
+//! let (scene, options) = (Scene::new(&triangles), Options::default());
+//!
+//! let mut scratch = [Block::ZERO; 64]; // 4 KiB
+//! let mut arena = [Block::ZERO; 8]; // 512 bytes
+//! let index = Index::<Clustered<Octree>>::build(
+//!     &scene, &options, Block::bytes(&mut arena), Block::bytes(&mut scratch))?;
+//! let ray = Ray::new(Vec3::new(0.25, 0.25, -1.0), Vec3::Z)?;
+//! assert_eq!(index.closest_hit(&ray).map(|hit| (hit.triangle.0, hit.t)), Some((0, 1.0)));
+//! assert_eq!(index.cluster_count(), 2);
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+#![no_std]
+#![warn(clippy::pedantic)]
+#![allow(
+    clippy::cast_possible_truncation, // counts are checked against the u32 limit once, in `build`
+    clippy::cast_precision_loss,
+    clippy::many_single_char_names,   // the names of the papers
+    clippy::similar_names,
+    clippy::must_use_candidate,
+    clippy::module_name_repetitions,
+    clippy::float_cmp                 // exactness is the point
+)]
+
+pub mod cluster;
+mod error;
+pub mod geometry;
+mod index;
+pub mod indices;
+pub mod memory;
+mod query;
+mod scene;
+
+pub use error::{BuildError, ImageError};
+pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
+pub use glam::{self, Vec3};
+pub use index::{Capacity, Index, RayIndex, Representation};
+pub use indices::{AnyIndex, Clustered, IndexKind, Linear, Octree};
+pub use memory::Block;
+pub use query::{AllHits, Counters, Hit, TriangleId};
+pub use scene::{Level, Options, Scene};

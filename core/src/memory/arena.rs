@@ -1,0 +1,77 @@
+//! Typed slices out of caller-provided bytes.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Where an arena, a scratch and every section of an image start: a cache line.
+pub const ALIGNMENT: usize = 64;
+
+/// 64 aligned bytes: the unit of which callers make arenas.
+///
+/// # Examples
+/// ```
+/// use arboleda::Block;
+/// let mut arena = [Block::ZERO; 16];
+/// assert_eq!(Block::bytes(&mut arena).len(), 1024);
+/// assert_eq!(Block::count(1000), 16);
+/// ```
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct Block([u8; ALIGNMENT]);
+
+impl Block {
+    /// A block of zeros.
+    pub const ZERO: Self = Self([0; ALIGNMENT]);
+
+    /// How many blocks hold `bytes` bytes.
+    pub const fn count(bytes: usize) -> usize {
+        bytes.div_ceil(ALIGNMENT)
+    }
+
+    /// The bytes of some blocks.
+    pub fn bytes(blocks: &mut [Self]) -> &mut [u8] {
+        bytemuck::must_cast_slice_mut(blocks)
+    }
+}
+
+/// `bytes` rounded up to a multiple of [`ALIGNMENT`]; saturates.
+pub(crate) const fn padded(bytes: usize) -> usize {
+    bytes.saturating_add(ALIGNMENT - 1) & !(ALIGNMENT - 1)
+}
+
+/// The bytes that `Arena::take::<T>(count)` uses up.
+pub(crate) const fn size_of_slice<T>(count: usize) -> usize {
+    padded(count.saturating_mul(size_of::<T>()))
+}
+
+/// Hands out aligned slices of a byte slice, front to back.
+pub(crate) struct Arena<'a> {
+    rest: &'a mut [u8],
+}
+
+impl<'a> Arena<'a> {
+    /// Takes over bytes that start at a multiple of [`ALIGNMENT`]; `None` if they do not.
+    pub fn new(bytes: &'a mut [u8]) -> Option<Self> {
+        (bytes.as_ptr().addr() % ALIGNMENT == 0 || bytes.is_empty()).then_some(Self { rest: bytes })
+    }
+
+    /// The next `count` elements, with whatever the bytes hold; `None` if too few bytes are left.
+    pub fn take<T: Pod>(&mut self, count: usize) -> Option<&'a mut [T]> {
+        if count == 0 {
+            return Some(&mut []); // an empty slice of bytes may be misaligned
+        }
+        let size = count.checked_mul(size_of::<T>())?;
+        let rest = core::mem::take(&mut self.rest);
+        let Some((bytes, rest)) = rest.split_at_mut_checked(size) else {
+            return None;
+        };
+        // The last section may end before its padding does.
+        let padding = (padded(size) - size).min(rest.len());
+        self.rest = rest.split_at_mut_checked(padding)?.1;
+        bytemuck::try_cast_slice_mut(bytes).ok()
+    }
+
+    /// All that is left.
+    pub fn into_rest(self) -> &'a mut [u8] {
+        self.rest
+    }
+}

@@ -1,0 +1,280 @@
+//! The layout of an index in its arena, and the way back from untrusted bytes.
+//!
+//! ```text
+//! | header 64 B | triangles 36 B each | cluster tree 36 B a node | words 4 B each |
+//! ```
+//! Each section starts at a multiple of 64 bytes; bytes between are zero. The first `cluster_count`
+//! nodes of the cluster tree are its leaves, in cluster order; an inner node comes after its children;
+//! the root is last. The words hold one local index per cluster, one after the other.
+//!
+//! Values are in the byte order of the machine that wrote them; another one refuses the image.
+//!
+//! # What validation guarantees
+//! Lengths fit; every link of the cluster tree goes to an earlier node and is answered by that
+//! node's parent link, so the nodes form one tree; each local index is checked by its own kind.
+//! After that every walk ends and stays inside, whatever the bytes were. Whether the boxes really
+//! hold the triangles is not proven: bytes made up by someone can give wrong answers, not harm.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::arena::{ALIGNMENT, padded};
+use crate::scene::MOST_TRIANGLES;
+use crate::{Aabb, ImageError, Triangle};
+
+/// A node of the cluster tree.
+///
+/// `u32` links: an index never needs more, and nodes stay small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct NodeId(pub u32);
+
+impl NodeId {
+    /// The parent of the root.
+    pub const NONE: Self = Self(u32::MAX);
+}
+
+/// A cluster (leaf) or the join of two (inner node).
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ClusterNode {
+    /// The smallest box around all triangles below.
+    pub bounds: Aabb,
+    /// Inner node: the two joined nodes. Leaf: the first word of the local index, and their number.
+    pub links: [u32; 2],
+    /// The node that this one was joined into.
+    pub parent: NodeId,
+}
+
+const MAGIC: u32 = u32::from_le_bytes(*b"ARBL");
+const BYTE_ORDER: u32 = 0x0102_0304;
+const VERSION: u32 = 1;
+
+/// The first 64 bytes of an image.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Header {
+    magic: u32,
+    byte_order: u32,
+    version: u32,
+    kind: u32,
+    triangle_count: u32,
+    cluster_count: u32,
+    word_count: u32,
+    zero: [u32; 9],
+}
+
+/// Where the sections of an image lie.
+#[derive(Clone, Copy)]
+pub(crate) struct Layout {
+    pub triangles: usize,
+    pub nodes: usize,
+    pub words: usize,
+    triangle_count: usize,
+    node_count: usize,
+}
+
+impl Layout {
+    pub const fn new(triangle_count: usize, cluster_count: usize) -> Self {
+        let triangles = size_of::<Header>();
+        let node_count = (2 * cluster_count).saturating_sub(1);
+        let nodes = padded(triangles.saturating_add(triangle_count.saturating_mul(size_of::<Triangle>())));
+        let words = padded(nodes.saturating_add(node_count.saturating_mul(size_of::<ClusterNode>())));
+        Self { triangles, nodes, words, triangle_count, node_count }
+    }
+
+    /// Divides the first `self.words` bytes into header, triangles and nodes; zeroes the rest.
+    pub fn split<'b>(&self, bytes: &'b mut [u8]) -> (&'b mut [u8], &'b mut [u8], &'b mut [ClusterNode]) {
+        bytes.fill(0);
+        let node_bytes = self.node_count.saturating_mul(size_of::<ClusterNode>());
+        let triangle_bytes = self.triangle_count.saturating_mul(size_of::<Triangle>());
+        let (front, nodes) = bytes.split_at_mut_checked(self.nodes).unwrap_or_default();
+        let (header, triangles) = front.split_at_mut_checked(self.triangles).unwrap_or_default();
+        let triangles = triangles.get_mut(..triangle_bytes).unwrap_or_default();
+        let nodes = nodes.get_mut(..node_bytes).unwrap_or_default();
+        (header, triangles, bytemuck::try_cast_slice_mut(nodes).unwrap_or_default())
+    }
+
+    /// The length of the image with so many words.
+    pub const fn total(&self, word_count: usize) -> usize {
+        self.words.saturating_add(word_count.saturating_mul(size_of::<u32>()))
+    }
+}
+
+/// Writes the header into the first bytes of an image.
+pub(crate) fn encode_header(bytes: &mut [u8], kind: u32, triangles: u32, clusters: u32, words: u32) {
+    let header = Header {
+        magic: MAGIC,
+        byte_order: BYTE_ORDER,
+        version: VERSION,
+        kind,
+        triangle_count: triangles,
+        cluster_count: clusters,
+        word_count: words,
+        zero: [0; 9],
+    };
+    for (to, from) in bytes.iter_mut().zip(bytemuck::bytes_of(&header)) {
+        *to = *from;
+    }
+}
+
+/// A finished index as it lies in memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Image<'a> {
+    bytes: &'a [u8],
+    kind: u32,
+    cluster_count: u32,
+    triangles: &'a [Triangle],
+    nodes: &'a [ClusterNode],
+    words: &'a [u32],
+}
+
+impl<'a> Image<'a> {
+    /// Reads the sections and checks the cluster tree; the local indices are their kind's affair.
+    /// Bytes after the image are left alone.
+    pub(crate) fn parse(bytes: &'a [u8]) -> Result<Self, ImageError> {
+        let image = Self::view(bytes)?;
+        image.check_tree()?;
+        Ok(image)
+    }
+
+    /// Finds the sections; enough for bytes just built.
+    pub(crate) fn view(bytes: &'a [u8]) -> Result<Self, ImageError> {
+        if bytes.as_ptr().addr() % ALIGNMENT != 0 {
+            return Err(ImageError::Misaligned);
+        }
+        let header: Header = bytes
+            .get(..size_of::<Header>())
+            .and_then(|bytes| bytemuck::try_pod_read_unaligned(bytes).ok())
+            .ok_or(ImageError::Truncated)?;
+        match (header.magic, header.byte_order) {
+            (MAGIC, BYTE_ORDER) => {}
+            (magic, order) if magic.swap_bytes() == MAGIC && order.swap_bytes() == BYTE_ORDER => {
+                return Err(ImageError::OtherByteOrder);
+            }
+            _ => return Err(ImageError::NotAnImage),
+        }
+        if header.version != VERSION {
+            return Err(ImageError::OtherVersion { found: header.version });
+        }
+        let (triangles, clusters) = (header.triangle_count as usize, header.cluster_count as usize);
+        let counts_fit = triangles <= MOST_TRIANGLES
+            && clusters <= triangles
+            && (clusters == 0) == (triangles == 0)
+            && header.zero == [0; 9];
+        if !counts_fit {
+            return Err(ImageError::Malformed { part: "header", at: 0 });
+        }
+        let layout = Layout::new(triangles, clusters);
+        let total = layout.total(header.word_count as usize);
+        Ok(Self {
+            bytes: bytes.get(..total).ok_or(ImageError::Truncated)?,
+            kind: header.kind,
+            cluster_count: header.cluster_count,
+            triangles: section(bytes, layout.triangles, layout.triangle_count)?,
+            nodes: section(bytes, layout.nodes, layout.node_count)?,
+            words: section(bytes, layout.words, header.word_count as usize)?,
+        })
+    }
+
+    fn check_tree(&self) -> Result<(), ImageError> {
+        if let Some(at) = self.triangles.iter().position(|triangle| !triangle.is_finite()) {
+            return Err(ImageError::Malformed { part: "triangle", at: at as u32 });
+        }
+        let mut next_word = 0;
+        for (at, node) in self.nodes.iter().enumerate() {
+            let malformed = Err(ImageError::Malformed { part: "cluster node", at: at as u32 });
+            let is_root = at + 1 == self.nodes.len();
+            let [left, right] = node.links;
+            let numbers = node.bounds.lo.is_finite() && node.bounds.hi.is_finite();
+            if !numbers || node.bounds.is_empty() || is_root != (node.parent == NodeId::NONE) {
+                return malformed;
+            }
+            if at < self.cluster_count as usize {
+                // The local indices lie one after the other and fill the words.
+                if left != next_word || left.checked_add(right).is_none() {
+                    return malformed;
+                }
+                next_word = left + right;
+            } else {
+                let answered = |child: u32| {
+                    (child as usize) < at
+                        && self.node(NodeId(child)).is_some_and(|c| c.parent == NodeId(at as u32))
+                };
+                if left == right || !answered(left) || !answered(right) {
+                    return malformed;
+                }
+            }
+        }
+        if next_word as usize == self.words.len() {
+            self.check_depth()
+        } else {
+            Err(ImageError::Malformed { part: "words", at: next_word })
+        }
+    }
+
+    /// No node lies deeper than the walk's stack reaches. Going up from every leaf takes at most
+    /// `MAX_TREE_DEPTH` steps each.
+    fn check_depth(&self) -> Result<(), ImageError> {
+        for at in 0..self.cluster_count {
+            let mut node = NodeId(at);
+            let mut depth = 0;
+            while let Some(found) = self.node(node) {
+                if depth > crate::cluster::MAX_TREE_DEPTH {
+                    return Err(ImageError::Malformed { part: "cluster node", at });
+                }
+                depth += 1;
+                node = found.parent;
+            }
+        }
+        Ok(())
+    }
+
+    /// The whole of it: what to write to a file.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// Which representation it holds.
+    pub fn kind(&self) -> u32 {
+        self.kind
+    }
+
+    /// The triangles, by id.
+    pub fn triangles(&self) -> &'a [Triangle] {
+        self.triangles
+    }
+
+    /// The cluster tree: leaves, then inner nodes, the root last.
+    pub fn nodes(&self) -> &'a [ClusterNode] {
+        self.nodes
+    }
+
+    /// How many of the nodes are leaves.
+    pub fn cluster_count(&self) -> u32 {
+        self.cluster_count
+    }
+
+    /// One node of the cluster tree.
+    #[inline]
+    pub fn node(&self, id: NodeId) -> Option<&'a ClusterNode> {
+        self.nodes.get(id.0 as usize)
+    }
+
+    /// The words of a cluster's local index.
+    #[inline]
+    pub fn local_words(&self, leaf: &ClusterNode) -> &'a [u32] {
+        let [first, count] = leaf.links;
+        self.words.get(first as usize..first.saturating_add(count) as usize).unwrap_or(&[])
+    }
+}
+
+fn section<T: Pod>(bytes: &[u8], start: usize, count: usize) -> Result<&[T], ImageError> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    let end = start.saturating_add(count.saturating_mul(size_of::<T>()));
+    bytes
+        .get(start..end)
+        .and_then(|bytes| bytemuck::try_cast_slice(bytes).ok())
+        .ok_or(ImageError::Truncated)
+}

@@ -1,0 +1,13 @@
+//! Caller-provided memory: carving typed slices out of bytes, and the layout of a finished index.
+
+mod arena;
+mod image;
+mod sort;
+mod words;
+
+pub use arena::{ALIGNMENT, Block};
+pub(crate) use arena::{Arena, padded, size_of_slice};
+pub(crate) use image::{Layout, encode_header};
+pub use image::{ClusterNode, Image, NodeId};
+pub(crate) use sort::{SortBuffer, sort_by_key};
+pub use words::Words;

@@ -1,0 +1,70 @@
+//! A stable radix sort in caller-provided memory.
+//!
+//! The standard library's sort is not used: it may panic where a comparison is inconsistent, and it
+//! is not linear. Eight passes of eight bits, those in which all keys agree are skipped.
+
+use super::{Arena, size_of_slice};
+
+/// Room for sorting `count` keys.
+pub(crate) struct SortBuffer<'a> {
+    keys: &'a mut [u64],
+    values: &'a mut [u32],
+}
+
+impl<'a> SortBuffer<'a> {
+    pub fn take(arena: &mut Arena<'a>, count: usize) -> Option<Self> {
+        Some(Self { keys: arena.take(count)?, values: arena.take(count)? })
+    }
+
+    pub const fn bytes(count: usize) -> usize {
+        size_of_slice::<u64>(count).saturating_add(size_of_slice::<u32>(count))
+    }
+}
+
+/// Sorts `values` by `keys`, as many, at most as many as the buffer was taken for; equal keys keep their order.
+pub(crate) fn sort_by_key(keys: &mut [u64], values: &mut [u32], buffer: &mut SortBuffer<'_>) {
+    let count = keys.len();
+    let (Some(mut other_keys), Some(mut other_values)) =
+        (buffer.keys.get_mut(..count), buffer.values.get_mut(..count))
+    else {
+        debug_assert!(false, "the sort buffer is too short");
+        return;
+    };
+    let (mut keys, mut values) = (keys, values);
+    let mut swapped = false;
+    for digit in 0..8 {
+        let digit_of = |key: u64| (key >> (8 * digit)) as usize & 0xff;
+        let mut starts = [0_u32; 256];
+        for &key in keys.iter() {
+            starts[digit_of(key)] += 1;
+        }
+        if starts.iter().any(|&n| n as usize == count) {
+            continue;
+        }
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += core::mem::replace(start, sum);
+        }
+        for (&key, &value) in keys.iter().zip(values.iter()) {
+            let start = &mut starts[digit_of(key)];
+            let place = *start as usize;
+            *start += 1;
+            if let (Some(k), Some(v)) = (other_keys.get_mut(place), other_values.get_mut(place)) {
+                *k = key;
+                *v = value;
+            }
+        }
+        core::mem::swap(&mut keys, &mut other_keys);
+        core::mem::swap(&mut values, &mut other_values);
+        swapped = !swapped;
+    }
+    if swapped {
+        // `keys` is the buffer now and `other_keys` the caller's.
+        for (to, from) in other_keys.iter_mut().zip(keys.iter()) {
+            *to = *from;
+        }
+        for (to, from) in other_values.iter_mut().zip(values.iter()) {
+            *to = *from;
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! The three questions: which hit is closest, is there any, which are there.
+//!
+//! An index walks its nodes and shows each triangle it comes across to a [`Query`]; the query tests
+//! it exactly and says how far along the ray anything still matters. Which triangles are shown, and
+//! in which order, cannot change the answer: ties go to the lowest id.
+
+use core::ops::ControlFlow;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::geometry::{Ray, Triangle, kernel, last_parameter};
+
+/// The place of a triangle in the scene it was built from.
+///
+/// `u32` rather than `usize`: half the memory in leaves, and the same image on every target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct TriangleId(pub u32);
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The triangle; of several at the same `t`, the lowest.
+    pub triangle: TriangleId,
+    /// The `f32` nearest to the exact parameter along the ray; finite.
+    pub t: f32,
+    /// The weight of corner `b`; see [`crate::geometry::kernel::Intersection`].
+    pub u: f32,
+    /// The weight of corner `c`.
+    pub v: f32,
+}
+
+impl Hit {
+    /// A value to fill buffers with; names no triangle.
+    pub const NONE: Self = Self { triangle: TriangleId(u32::MAX), t: f32::INFINITY, u: 0.0, v: 0.0 };
+}
+
+/// All hits of a ray, as far as the caller's buffer holds them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AllHits<'h> {
+    /// The hits by `(t, triangle)`, closest first.
+    pub hits: &'h [Hit],
+    /// Whether there were more, all of them behind the last one here.
+    pub truncated: bool,
+}
+
+/// What answering took. The same for a given index on every machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Nodes whose box the ray entered, of the cluster tree and of the local indices.
+    pub nodes_visited: u64,
+    /// Exact tests between the ray and a triangle.
+    pub triangle_tests: u64,
+}
+
+impl core::ops::AddAssign for Counters {
+    fn add_assign(&mut self, other: Self) {
+        self.nodes_visited += other.nodes_visited;
+        self.triangle_tests += other.triangle_tests;
+    }
+}
+
+/// Counts, or does not: `()` compiles to nothing.
+pub trait Count {
+    /// A node was entered.
+    fn node(&mut self);
+    /// A triangle was tested.
+    fn test(&mut self);
+}
+
+impl Count for () {
+    #[inline]
+    fn node(&mut self) {}
+    #[inline]
+    fn test(&mut self) {}
+}
+
+impl Count for &mut Counters {
+    #[inline]
+    fn node(&mut self) {
+        self.nodes_visited += 1;
+    }
+    #[inline]
+    fn test(&mut self) {
+        self.triangle_tests += 1;
+    }
+}
+
+/// What an index asks while it walks.
+pub trait Query {
+    /// The parameter beyond which nothing matters any more; a node is skipped only if it begins
+    /// beyond. Never grows.
+    fn last(&self) -> f64;
+    /// Says that a node is entered.
+    fn enter(&mut self);
+    /// Tests a triangle; `Break` once the answer is known. Testing one twice does no harm.
+    fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()>;
+}
+
+/// The closest hit.
+pub(crate) struct Closest<'r, C> {
+    ray: &'r Ray,
+    count: C,
+    id: TriangleId,
+    t: f32,
+    last: f64,
+}
+
+impl<'r, C: Count> Closest<'r, C> {
+    pub fn new(ray: &'r Ray, count: C) -> Self {
+        let t = ray.t_max();
+        Self { ray, count, id: Hit::NONE.triangle, t, last: last_parameter(t) }
+    }
+
+    pub fn finish(self, triangles: &[Triangle]) -> Option<Hit> {
+        let triangle = triangles.get(self.id.0 as usize)?;
+        let (u, v) = kernel::barycentric(self.ray, triangle);
+        Some(Hit { triangle: self.id, t: self.t, u, v })
+    }
+}
+
+impl<C: Count> Query for Closest<'_, C> {
+    #[inline]
+    fn last(&self) -> f64 {
+        self.last
+    }
+
+    #[inline]
+    fn enter(&mut self) {
+        self.count.node();
+    }
+
+    #[inline]
+    fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
+        self.count.test();
+        if let Some(t) = kernel::hit_distance(self.ray, triangle, self.ray.t_min(), self.t)
+            && (t < self.t || id < self.id)
+        {
+            self.t = t;
+            self.id = id;
+            self.last = last_parameter(t);
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// Whether anything is hit.
+pub(crate) struct Occluded<'r, C> {
+    ray: &'r Ray,
+    count: C,
+    last: f64,
+    pub found: bool,
+}
+
+impl<'r, C: Count> Occluded<'r, C> {
+    pub fn new(ray: &'r Ray, count: C) -> Self {
+        Self { ray, count, last: last_parameter(ray.t_max()), found: false }
+    }
+}
+
+impl<C: Count> Query for Occluded<'_, C> {
+    #[inline]
+    fn last(&self) -> f64 {
+        self.last
+    }
+
+    #[inline]
+    fn enter(&mut self) {
+        self.count.node();
+    }
+
+    #[inline]
+    fn test(&mut self, _: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
+        self.count.test();
+        let ray = self.ray;
+        if kernel::hit_distance(ray, triangle, ray.t_min(), ray.t_max()).is_some() {
+            self.found = true;
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// Every hit, closest first, in a buffer that may be too short.
+pub(crate) struct All<'r, 'h, C> {
+    ray: &'r Ray,
+    count: C,
+    buffer: &'h mut [Hit],
+    filled: usize,
+    truncated: bool,
+    t_max: f32,
+    last: f64,
+}
+
+impl<'r, 'h, C: Count> All<'r, 'h, C> {
+    pub fn new(ray: &'r Ray, buffer: &'h mut [Hit], count: C) -> Self {
+        let t_max = ray.t_max();
+        let last = last_parameter(t_max);
+        Self { ray, count, buffer, filled: 0, truncated: false, t_max, last }
+    }
+
+    pub fn finish(self, triangles: &[Triangle]) -> AllHits<'h> {
+        let buffer: &'h mut [Hit] = self.buffer;
+        for hit in buffer.iter_mut().take(self.filled) {
+            if let Some(triangle) = triangles.get(hit.triangle.0 as usize) {
+                (hit.u, hit.v) = kernel::barycentric(self.ray, triangle);
+            }
+        }
+        let hits: &'h [Hit] = buffer;
+        AllHits { hits: hits.get(..self.filled).unwrap_or(&[]), truncated: self.truncated }
+    }
+
+    /// Keeps the buffer sorted by `(t, id)`. A triangle filed in several cells comes again.
+    fn insert(&mut self, mut carried: Hit) {
+        let key = (carried.t, carried.triangle);
+        let mut slots = self.buffer.iter_mut().take(self.filled).peekable();
+        while slots.next_if(|hit| (hit.t, hit.triangle) < key).is_some() {}
+        if slots.peek().is_some_and(|hit| hit.triangle == carried.triangle) {
+            return;
+        }
+        for slot in slots {
+            core::mem::swap(slot, &mut carried);
+        }
+        if let Some(slot) = self.buffer.get_mut(self.filled) {
+            *slot = carried;
+            self.filled += 1;
+        } else {
+            // Only now may the search stop earlier: before, `truncated` was still to be found out.
+            self.truncated = true;
+            self.t_max = self.buffer.last().map_or(self.t_max, |hit| hit.t);
+            self.last = last_parameter(self.t_max);
+        }
+    }
+}
+
+impl<C: Count> Query for All<'_, '_, C> {
+    #[inline]
+    fn last(&self) -> f64 {
+        self.last
+    }
+
+    #[inline]
+    fn enter(&mut self) {
+        self.count.node();
+    }
+
+    #[inline]
+    fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
+        self.count.test();
+        if let Some(t) = kernel::hit_distance(self.ray, triangle, self.ray.t_min(), self.t_max) {
+            self.insert(Hit { triangle: id, t, u: 0.0, v: 0.0 });
+        }
+        if self.truncated && self.buffer.is_empty() {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}

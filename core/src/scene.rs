@@ -1,0 +1,110 @@
+//! What an index is built from: triangles, and the options.
+
+use crate::{BuildError, Triangle};
+
+/// The triangles of a scene, and which whole objects they belong to where that is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene<'a> {
+    pub(crate) triangles: &'a [Triangle],
+    pub(crate) objects: Option<&'a [u32]>,
+}
+
+impl<'a> Scene<'a> {
+    /// A scene whose primitives, for finding clusters, are its triangles.
+    pub const fn new(triangles: &'a [Triangle]) -> Self {
+        Self { triangles, objects: None }
+    }
+
+    /// A scene whose primitives are whole objects: triangle `i` belongs to object `objects[i]`, a
+    /// number below the number of triangles. An object is never divided between clusters.
+    pub const fn with_objects(triangles: &'a [Triangle], objects: &'a [u32]) -> Self {
+        Self { triangles, objects: Some(objects) }
+    }
+
+    /// The triangles, by id.
+    pub const fn triangles(&self) -> &'a [Triangle] {
+        self.triangles
+    }
+
+    /// Refuses what no index can hold.
+    pub(crate) fn check(&self) -> Result<(), BuildError> {
+        let given = self.triangles.len();
+        if given > MOST_TRIANGLES {
+            return Err(BuildError::TooManyTriangles { given, most: MOST_TRIANGLES });
+        }
+        if let Some(triangle) = self.triangles.iter().position(|t| !t.is_finite()) {
+            return Err(BuildError::NonFiniteVertex { triangle: triangle as u32 });
+        }
+        let Some(objects) = self.objects else {
+            return Ok(());
+        };
+        if objects.len() != given {
+            return Err(BuildError::ObjectsMismatch { triangles: given, objects: objects.len() });
+        }
+        match objects.iter().position(|&object| object as usize >= given) {
+            Some(triangle) => Err(BuildError::ObjectOutOfRange { triangle: triangle as u32 }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// 2^30: twice as many cluster-tree nodes still have ids below the ones used as marks.
+pub(crate) const MOST_TRIANGLES: usize = 1 << 30;
+
+/// How an index is built. The defaults just work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// A cell with at most this many triangles is not divided. The paper's rule is 12. Fewer means
+    /// fewer triangle tests, more nodes and more bytes. 1 or more.
+    pub leaf_capacity: u32,
+    /// How often a cell may be divided.
+    pub level: Level,
+    /// Two primitives of a size class are in one cluster if the gap between their boxes is at most
+    /// this multiple of the class's median box diagonal. Finite and not negative.
+    pub proximity: f32,
+    /// The most size classes, 1 to 4. With 1, small objects standing on a large floor are joined
+    /// with it.
+    pub size_classes: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            leaf_capacity: 12,
+            level: Level::Automatic,
+            proximity: 0.5,
+            size_classes: 4,
+        }
+    }
+}
+
+impl Options {
+    pub(crate) fn check(&self) -> Result<(), BuildError> {
+        let invalid = |option, allowed| Err(BuildError::InvalidOption { option, allowed });
+        if self.leaf_capacity == 0 {
+            return invalid("leaf_capacity", "at least 1");
+        }
+        if matches!(self.level, Level::AtMost(level) if level > MAX_LEVEL) {
+            return invalid("level", "at most 20");
+        }
+        if !(self.proximity.is_finite() && self.proximity >= 0.0) {
+            return invalid("proximity", "finite and not negative");
+        }
+        if !(1..=4).contains(&self.size_classes) {
+            return invalid("size_classes", "1 to 4");
+        }
+        Ok(())
+    }
+}
+
+/// The highest level of a hierarchy of cells; the root is level 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Found from the number of triangles.
+    Automatic,
+    /// Given; 0 to 20.
+    AtMost(u32),
+}
+
+/// Cells of 2^-20 of the root: finer than `f32` tells coordinates of the root apart usefully.
+pub(crate) const MAX_LEVEL: u32 = 20;
