@@ -1,0 +1,19 @@
+//! The `std` side of Arboleda: scenes, photons, comparisons, reports.
+//!
+//! ```text
+//! scene (OBJ, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, record) -> report
+//!                                                          \-> bench (the same rays, every index)
+//! ```
+#![warn(clippy::pedantic)]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    clippy::many_single_char_names,
+    clippy::similar_names,
+    clippy::must_use_candidate,
+    clippy::module_name_repetitions,
+    clippy::float_cmp
+)]
+
+pub mod scene;
