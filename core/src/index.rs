@@ -125,8 +125,7 @@ impl<'a, R: Representation> Index<'a, R> {
         options.check()?;
         let triangles = scene.triangles;
         let scratch_needed = Self::scratch_capacity(triangles.len(), options);
-        let scratch_full =
-            BuildError::ScratchFull { needed: scratch_needed, given: scratch.len() };
+        let scratch_full = BuildError::ScratchFull { needed: scratch_needed, given: scratch.len() };
         if scratch.len() < scratch_needed {
             return Err(scratch_full);
         }

@@ -40,6 +40,7 @@
     clippy::float_cmp                 // exactness is the point
 )]
 
+pub mod auto;
 pub mod cluster;
 mod error;
 pub mod geometry;
@@ -53,7 +54,9 @@ pub use error::{BuildError, ImageError};
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
 pub use index::{Capacity, Index, RayIndex, Representation};
-pub use indices::{AnyIndex, Clustered, IndexKind, Linear, Octree};
+pub use indices::{
+    AnyIndex, BspTree, Bvh, Clustered, IndexKind, KdTree, Linear, Octree, OctreeR, UniformGrid,
+};
 pub use memory::Block;
 pub use query::{AllHits, Counters, Hit, TriangleId};
-pub use scene::{Level, Options, Scene};
+pub use scene::{BvhBuild, Level, Options, Resolution, Scene};

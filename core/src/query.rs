@@ -32,7 +32,8 @@ pub struct Hit {
 
 impl Hit {
     /// A value to fill buffers with; names no triangle.
-    pub const NONE: Self = Self { triangle: TriangleId(u32::MAX), t: f32::INFINITY, u: 0.0, v: 0.0 };
+    pub const NONE: Self =
+        Self { triangle: TriangleId(u32::MAX), t: f32::INFINITY, u: 0.0, v: 0.0 };
 }
 
 /// All hits of a ray, as far as the caller's buffer holds them.

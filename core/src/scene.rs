@@ -1,5 +1,7 @@
 //! What an index is built from: triangles, and the options.
 
+use crate::auto::CostModel;
+use crate::indices::MOST_CELLS_ON_AXIS;
 use crate::{BuildError, Triangle};
 
 /// The triangles of a scene, and which whole objects they belong to where that is known.
@@ -65,6 +67,12 @@ pub struct Options {
     /// The most size classes, 1 to 4. With 1, small objects standing on a large floor are joined
     /// with it.
     pub size_classes: u32,
+    /// The cells of uniform grids.
+    pub resolution: Resolution,
+    /// How bounding volume hierarchies are built.
+    pub bvh_build: BvhBuild,
+    /// What a step and a test cost, for the indices that estimate.
+    pub cost: CostModel,
 }
 
 impl Default for Options {
@@ -74,6 +82,9 @@ impl Default for Options {
             level: Level::Automatic,
             proximity: 0.5,
             size_classes: 4,
+            resolution: Resolution::Automatic,
+            bvh_build: BvhBuild::Binned,
+            cost: CostModel::default(),
         }
     }
 }
@@ -90,6 +101,20 @@ impl Options {
         if !(self.proximity.is_finite() && self.proximity >= 0.0) {
             return invalid("proximity", "finite and not negative");
         }
+        let most = MOST_CELLS_ON_AXIS;
+        match self.resolution {
+            Resolution::Cells(cells) if !cells.iter().all(|n| (1..=most).contains(n)) => {
+                return invalid("resolution", "1 to 65536 cells on each axis");
+            }
+            Resolution::CellsPerTriangle(density) if !(density > 0.0 && density <= 1024.0) => {
+                return invalid("resolution", "above 0 and at most 1024 cells per triangle");
+            }
+            _ => {}
+        }
+        let positive = |cost: f64| cost.is_finite() && cost > 0.0;
+        if !(positive(self.cost.traversal) && positive(self.cost.intersection)) {
+            return invalid("cost", "finite and above 0");
+        }
         if !(1..=4).contains(&self.size_classes) {
             return invalid("size_classes", "1 to 4");
         }
@@ -100,10 +125,30 @@ impl Options {
 /// The highest level of a hierarchy of cells; the root is level 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Found from the number of triangles.
+    /// Found: dividing goes on as long as the estimated cost falls.
     Automatic,
     /// Given; 0 to 20.
     AtMost(u32),
+}
+
+/// How many cells a uniform grid has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Resolution {
+    /// Found by estimated cost.
+    Automatic,
+    /// So many nearly cubic cells for each triangle of the group; above 0, at most 1024.
+    CellsPerTriangle(f32),
+    /// So many cells in x, y and z; 1 to 65536 on each axis.
+    Cells([u32; 3]),
+}
+
+/// How a bounding volume hierarchy is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BvhBuild {
+    /// From above, by binned surface area.
+    Binned,
+    /// By inserting one triangle after the other where the surfaces grow least.
+    Insertion,
 }
 
 /// Cells of 2^-20 of the root: finer than `f32` tells coordinates of the root apart usefully.

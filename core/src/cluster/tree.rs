@@ -87,7 +87,8 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
             filled = 1;
         }
         for &lower in pairs.iter() {
-            let links = [*ids.get(lower as usize)?, *ids.get(*partner.get(lower as usize)? as usize)?];
+            let links =
+                [*ids.get(lower as usize)?, *ids.get(*partner.get(lower as usize)? as usize)?];
             let mut bounds = Aabb::EMPTY;
             for link in links {
                 let child = nodes.get_mut(link as usize)?;

@@ -15,10 +15,7 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box that holds nothing: joining it to a box gives that box.
-    pub const EMPTY: Self = Self {
-        lo: Vec3::INFINITY,
-        hi: Vec3::NEG_INFINITY,
-    };
+    pub const EMPTY: Self = Self { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
 
     /// Makes the box between two corners.
     pub const fn new(lo: Vec3, hi: Vec3) -> Self {

@@ -104,11 +104,7 @@ fn clamped(u: f32, v: f32) -> f32 {
         return v;
     }
     let nearest = room as f32;
-    if f64::from(nearest) > room {
-        nearest.next_down()
-    } else {
-        nearest
-    }
+    if f64::from(nearest) > room { nearest.next_down() } else { nearest }
 }
 
 /// The `f32` filter: `true` only if two of the volumes surely have opposite signs.
@@ -154,11 +150,7 @@ fn largest(v: Vec3) -> f32 {
 type V3 = [f64; 3];
 
 fn cross(a: V3, b: V3) -> V3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn dot(a: V3, b: V3) -> f64 {
@@ -294,7 +286,8 @@ fn bracket(numerator: Approximate, det: Approximate) -> (f32, f32) {
         return (f32::NEG_INFINITY, f32::INFINITY);
     }
     let q = numerator.value / det.value;
-    let error = (numerator.error + q.abs() * det.error) / room * 1.001 + q.abs() * 4.0 * f64::EPSILON;
+    let error =
+        (numerator.error + q.abs() * det.error) / room * 1.001 + q.abs() * 4.0 * f64::EPSILON;
     ((q - error) as f32, (q + error) as f32)
 }
 

@@ -65,11 +65,7 @@ pub fn may_overlap(triangle: &Triangle, lo: V3, hi: V3) -> bool {
 
     // Along the normal.
     let [e, f, _] = edges;
-    let normal = [
-        e[1] * f[2] - e[2] * f[1],
-        e[2] * f[0] - e[0] * f[2],
-        e[0] * f[1] - e[1] * f[0],
-    ];
+    let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
     let dot = |p: V3, q: V3| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let margin = edge * edge * reach * 5.684_341_886_080_802e-14; // 2^-44
     dot(normal, a).abs() <= dot(normal.map(f64::abs), radius) + margin

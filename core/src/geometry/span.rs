@@ -39,6 +39,7 @@ pub struct AxisCrossing {
 #[derive(Clone, Copy, Debug)]
 pub struct RaySpan {
     origin: [f64; 3],
+    direction: [f64; 3],
     inverse: [f64; 3],
     span: Span,
     sign_mask: usize,
@@ -54,6 +55,7 @@ impl RaySpan {
         let negative = |axis: usize, d: f32| usize::from(d < 0.0) << axis;
         Self {
             origin: ray.origin().to_array().map(f64::from),
+            direction: d.map(f64::from),
             // 1 / 0 is never used: `crossing` looks at it first.
             inverse: d.map(|d| 1.0 / f64::from(d)),
             span: Span {
@@ -72,6 +74,15 @@ impl RaySpan {
     /// Bit `axis` is set where the ray runs towards smaller coordinates.
     pub fn sign_mask(&self) -> usize {
         self.sign_mask
+    }
+
+    /// The origin and the direction on one axis.
+    pub fn along(&self, axis: usize) -> (f64, f64) {
+        match axis {
+            0 => (self.origin[0], self.direction[0]),
+            1 => (self.origin[1], self.direction[1]),
+            _ => (self.origin[2], self.direction[2]),
+        }
     }
 
     /// Where the ray crosses the plane at coordinate `plane` of axis 0, 1 or 2.

@@ -32,10 +32,7 @@ impl Triangle {
 
     /// The smallest box that holds the triangle. Exact: minima and maxima of given coordinates.
     pub fn bounds(&self) -> Aabb {
-        Aabb::EMPTY
-            .with_point(self.a)
-            .with_point(self.b)
-            .with_point(self.c)
+        Aabb::EMPTY.with_point(self.a).with_point(self.b).with_point(self.c)
     }
 
     /// The vector `(b - a) x (c - a)`, twice the area long; zero for a triangle without area.

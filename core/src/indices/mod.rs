@@ -4,18 +4,33 @@
 //! `registry.rs`; the command line, the tests, the benches and the fuzz targets then run it, alone and
 //! clustered.
 
+mod bsp_tree;
+mod bvh;
+mod bvh_insertion;
 mod clustered;
+mod kd_tree;
 mod linear;
+mod octants;
 mod octree;
+mod octree_r;
+mod plane_tree;
 mod registry;
+mod split_cost;
+mod uniform_grid;
 
 use core::ops::ControlFlow;
 
+pub use bsp_tree::BspTree;
+pub use bvh::Bvh;
 pub use clustered::Clustered;
 pub(crate) use clustered::walk;
+pub use kd_tree::KdTree;
 pub use linear::Linear;
 pub use octree::Octree;
+pub use octree_r::OctreeR;
 pub use registry::{AnyIndex, IndexKind};
+pub(crate) use uniform_grid::MOST_CELLS_ON_AXIS;
+pub use uniform_grid::UniformGrid;
 
 use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::index::Representation;
@@ -114,13 +129,11 @@ impl<'a> Local<'a> {
         ControlFlow::Continue(())
     }
 
-    /// Tells whether `count` words from `first` are all ids of triangles, ascending.
+    /// Tells whether `count` words from `first` are all ids of triangles.
     pub fn are_ids(&self, first: u32, count: u32) -> bool {
         let (first, count) = (first as usize, count as usize);
-        self.words.get(first..first.saturating_add(count)).is_some_and(|ids| {
-            ids.is_sorted_by(|a, b| a < b)
-                && ids.last().is_none_or(|&id| (id as usize) < self.triangles.len())
-        })
+        let ids = self.words.get(first..first.saturating_add(count));
+        ids.is_some_and(|ids| ids.iter().all(|&id| (id as usize) < self.triangles.len()))
     }
 }
 
@@ -160,3 +173,42 @@ impl Statistics {
         self.deepest_level = self.deepest_level.max(level);
     }
 }
+
+/// Implements [`LocalIndex`] by a shared tree, of which the type is the division.
+macro_rules! forward_local_index {
+    ($index:ty, $tree:ident, $kind:literal, $name:literal) => {
+        impl $crate::indices::LocalIndex for $index {
+            const NAME: &'static str = $name;
+            const HIERARCHY_NAME: &'static str = concat!($name, "-hierarchy");
+            const KIND: u32 = $kind;
+
+            fn scratch_bytes(triangle_count: usize, options: &$crate::Options) -> usize {
+                $tree::<Self>::scratch_bytes(triangle_count, options)
+            }
+
+            fn build(
+                group: &Group<'_>,
+                options: &$crate::Options,
+                words: &mut $crate::memory::Words<'_>,
+                scratch: &mut [u8],
+            ) -> Result<(), $crate::BuildError> {
+                $tree::<Self>::build(group, options, words, scratch)
+            }
+
+            #[inline]
+            fn traverse<Q: $crate::query::Query>(
+                local: &$crate::indices::Local<'_>,
+                ray: &$crate::geometry::RaySpan,
+                span: $crate::geometry::Span,
+                query: &mut Q,
+            ) -> core::ops::ControlFlow<()> {
+                $tree::<Self>::traverse(local, ray, span, query)
+            }
+
+            fn check(local: &$crate::indices::Local<'_>) -> Option<$crate::indices::Statistics> {
+                $tree::<Self>::check(local)
+            }
+        }
+    };
+}
+use forward_local_index;

@@ -1,6 +1,6 @@
 //! The list of all indices: one line each.
 
-use super::{Clustered, Linear, Octree};
+use super::{BspTree, Bvh, Clustered, KdTree, Linear, Octree, OctreeR, UniformGrid};
 use crate::index::{Capacity, Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
@@ -13,6 +13,26 @@ registry! {
     Octree = Octree,
     /// The paper's octree hierarchy.
     OctreeHierarchy = Clustered<Octree>,
+    /// One octree-R over everything.
+    OctreeR = OctreeR,
+    /// An octree-R for each cluster.
+    OctreeRHierarchy = Clustered<OctreeR>,
+    /// One uniform grid over everything.
+    UniformGrid = UniformGrid,
+    /// The hierarchy of uniform grids of Cazals, Drettakis and Puech.
+    GridHierarchy = Clustered<UniformGrid>,
+    /// One kd-tree over everything.
+    KdTree = KdTree,
+    /// A kd-tree for each cluster.
+    KdTreeHierarchy = Clustered<KdTree>,
+    /// One BSP tree over everything.
+    BspTree = BspTree,
+    /// A BSP tree for each cluster.
+    BspTreeHierarchy = Clustered<BspTree>,
+    /// One bounding volume hierarchy over everything.
+    Bvh = Bvh,
+    /// A bounding volume hierarchy for each cluster.
+    BvhHierarchy = Clustered<Bvh>,
 }
 
 macro_rules! registry {

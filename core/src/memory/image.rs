@@ -77,13 +77,18 @@ impl Layout {
     pub const fn new(triangle_count: usize, cluster_count: usize) -> Self {
         let triangles = size_of::<Header>();
         let node_count = (2 * cluster_count).saturating_sub(1);
-        let nodes = padded(triangles.saturating_add(triangle_count.saturating_mul(size_of::<Triangle>())));
-        let words = padded(nodes.saturating_add(node_count.saturating_mul(size_of::<ClusterNode>())));
+        let nodes =
+            padded(triangles.saturating_add(triangle_count.saturating_mul(size_of::<Triangle>())));
+        let words =
+            padded(nodes.saturating_add(node_count.saturating_mul(size_of::<ClusterNode>())));
         Self { triangles, nodes, words, triangle_count, node_count }
     }
 
     /// Divides the first `self.words` bytes into header, triangles and nodes; zeroes the rest.
-    pub fn split<'b>(&self, bytes: &'b mut [u8]) -> (&'b mut [u8], &'b mut [u8], &'b mut [ClusterNode]) {
+    pub fn split<'b>(
+        &self,
+        bytes: &'b mut [u8],
+    ) -> (&'b mut [u8], &'b mut [u8], &'b mut [ClusterNode]) {
         bytes.fill(0);
         let node_bytes = self.node_count.saturating_mul(size_of::<ClusterNode>());
         let triangle_bytes = self.triangle_count.saturating_mul(size_of::<Triangle>());
@@ -101,7 +106,13 @@ impl Layout {
 }
 
 /// Writes the header into the first bytes of an image.
-pub(crate) fn encode_header(bytes: &mut [u8], kind: u32, triangles: u32, clusters: u32, words: u32) {
+pub(crate) fn encode_header(
+    bytes: &mut [u8],
+    kind: u32,
+    triangles: u32,
+    clusters: u32,
+    words: u32,
+) {
     let header = Header {
         magic: MAGIC,
         byte_order: BYTE_ORDER,

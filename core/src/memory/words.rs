@@ -45,6 +45,13 @@ impl<'a> Words<'a> {
         self.len = end;
     }
 
+    /// Appends `count` words, to be set later, and returns the place of the first.
+    pub fn reserve(&mut self, count: usize) -> usize {
+        let place = self.len;
+        self.len = place.saturating_add(count);
+        place
+    }
+
     /// Overwrites the word at `place`.
     pub fn set(&mut self, place: usize, word: u32) {
         if let Some(slot) = self.slots.get_mut(place) {

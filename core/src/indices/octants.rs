@@ -1,0 +1,479 @@
+//! Trees of cells divided into up to eight: what the octree and the octree-R share.
+//!
+//! ```text
+//! words:  root: a link; then the nodes in depth-first order
+//! inner:  child mask | the planes, if stored | link to each present child, by octant
+//! leaf:   count      | id id id ...
+//! link:   place of the node, the highest bit set for a leaf
+//! ```
+//! Octant bit 0 is set for the upper half in x, bit 1 in y, bit 2 in z. An axis may be left undivided;
+//! its bit is then 0 in all children. The root cell is a cube at the lower corner of the group's box:
+//! cells stay cubes where they are halved, and what is flat lies on one face of the cube rather than
+//! in the middle. Building and walking compute or store the same planes, so a cell is the same closed
+//! box for both.
+//!
+//! # Invariants
+//! Every point of a triangle lies in a leaf cell in which the triangle is filed. By induction from the
+//! root: let a point lie in a cell where its triangle is filed. On each axis choose a half that holds
+//! it; on the plane itself, the upper half if the triangle reaches above, else the lower. In that half
+//! the triangle is filed by extent, and the overlap test never rejects a box that shares a point.
+//! The walk visits every non-empty cell the ray may touch, so it meets that leaf.
+//!
+//! # Source
+//! J. Revelles, C. Ureña, M. Lastra, *An Efficient Parametric Algorithm for Octree Traversal*, 2000.
+//! Deviations: (1) instead of reflecting a ray that runs downwards about the centre, which rounds, near
+//! and far planes are exchanged and the octant's bits flipped, which does not; (2) each plane's
+//! parameter is computed from its coordinate, not by averaging its neighbours', so that errors do not
+//! grow with the level; (3) where crossings of several planes are too close to tell their order, all
+//! cells that may come next are visited, not one. Cells are visited in the order of their octant with
+//! flipped bits, which is front to back.
+
+use core::marker::PhantomData;
+use core::ops::ControlFlow;
+
+use super::{Group, Local, Statistics};
+use crate::auto::{CostModel, Estimate, best_level, surface};
+use crate::geometry::{Aabb, AxisCrossing, RaySpan, Span, may_overlap};
+use crate::memory::{Arena, Words, size_of_slice};
+use crate::query::Query;
+use crate::scene::MAX_LEVEL;
+use crate::{BuildError, Level, Options};
+
+const LEAF: u32 = 1 << 31;
+/// Links have 31 bits.
+const MOST_WORDS: usize = 1 << 31;
+const LEVELS: usize = MAX_LEVEL as usize + 1;
+/// Surfaces fill 4^12 = 16 million cells of this level; scratch grows with it.
+const MAX_AUTOMATIC_LEVEL: u32 = 12;
+
+fn levels_at_most(options: &Options) -> usize {
+    match options.level {
+        Level::AtMost(level) => level.min(MAX_LEVEL) as usize,
+        Level::Automatic => MAX_AUTOMATIC_LEVEL as usize,
+    }
+}
+
+/// The plane across each axis, where there is one.
+pub(super) type Planes = [Option<f64>; 3];
+
+/// Where cells are divided.
+pub(super) trait Division {
+    /// Bits of an inner node's first word that say which axes are divided; 0 if all always are.
+    const AXES: u32;
+
+    /// The planes for a cell that holds some triangles, strictly inside it; all `None` for a leaf.
+    fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes;
+
+    /// The planes of an inner node as `choose` gave them.
+    fn planes(local: &Local<'_>, place: u32, head: u32, cell: &Cell) -> Planes;
+
+    /// How many words the planes take in a node with this first word.
+    fn stored(head: u32) -> u32 {
+        (head & Self::AXES).count_ones()
+    }
+}
+
+/// A closed cell.
+#[derive(Clone, Copy)]
+pub(super) struct Cell {
+    pub lo: [f64; 3],
+    pub hi: [f64; 3],
+}
+
+impl Cell {
+    /// The cube at the lower corner of a box that holds it.
+    fn root(bounds: &Aabb) -> Self {
+        let side = bounds.extent().into_iter().fold(0.0, |a, b| if b > a { b } else { a });
+        let lo = bounds.lo.to_array().map(f64::from);
+        let hi = bounds.hi.to_array().map(f64::from);
+        // `lo + side` may round to less than `hi`.
+        let upper = |axis: usize| {
+            let (sum, hi) = (lo[axis] + side, hi[axis]);
+            if sum > hi { sum } else { hi }
+        };
+        Self { lo, hi: [upper(0), upper(1), upper(2)] }
+    }
+
+    pub fn middle(&self) -> [f64; 3] {
+        let middle = |axis: usize| (self.lo[axis] + self.hi[axis]) * 0.5;
+        [middle(0), middle(1), middle(2)]
+    }
+
+    /// The box itself.
+    pub fn of(bounds: &Aabb) -> Self {
+        Self { lo: bounds.lo.to_array().map(f64::from), hi: bounds.hi.to_array().map(f64::from) }
+    }
+
+    /// The parts below and above a plane.
+    pub fn halves(&self, axis: usize, plane: f64) -> [Self; 2] {
+        let (mut below, mut above) = (*self, *self);
+        if let (Some(hi), Some(lo)) = (below.hi.get_mut(axis), above.lo.get_mut(axis)) {
+            (*hi, *lo) = (plane, plane);
+        }
+        [below, above]
+    }
+
+    fn child(&self, planes: &Planes, octant: u32) -> Self {
+        let mut child = *self;
+        for (axis, plane) in planes.iter().enumerate() {
+            let Some(plane) = *plane else { continue };
+            if octant >> axis & 1 == 0 {
+                child.hi[axis] = plane;
+            } else {
+                child.lo[axis] = plane;
+            }
+        }
+        child
+    }
+
+    /// Half the surface of the part inside `bounds`.
+    pub fn surface_within(&self, bounds: &Aabb) -> f64 {
+        let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
+        let side = |axis: usize| {
+            let (lo, hi) = (f64::from(lo[axis]), f64::from(hi[axis]));
+            let lo = if self.lo[axis] > lo { self.lo[axis] } else { lo };
+            let hi = if self.hi[axis] < hi { self.hi[axis] } else { hi };
+            if hi > lo { hi - lo } else { 0.0 }
+        };
+        surface([side(0), side(1), side(2)])
+    }
+}
+
+/// A tree of cells divided as `D` says.
+pub(super) struct Octants<D>(PhantomData<D>);
+
+impl<D: Division> Octants<D> {
+    pub fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+        let entries = triangle_count.saturating_mul(levels_at_most(options) + 1);
+        size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
+    }
+
+    pub fn build(
+        group: &Group<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError> {
+        let entries = group.ids.len().saturating_mul(levels_at_most(options) + 1);
+        let needed = Self::scratch_bytes(group.ids.len(), options);
+        let full = BuildError::ScratchFull { needed, given: scratch.len() };
+        let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+        let ids = arena.take::<u32>(entries).ok_or(full)?;
+        let octants = arena.take::<u8>(entries).ok_or(full)?;
+        for (slot, &id) in ids.iter_mut().zip(group.ids) {
+            *slot = id;
+        }
+        let mut attempt = |most_level: u32, words: &mut Words<'_>| {
+            let start = words.len();
+            let root = words.push(0);
+            let mut builder = Builder::<D> {
+                group,
+                options,
+                most_level,
+                root_surface: Cell::root(&group.bounds).surface_within(&group.bounds),
+                estimate: Estimate::new(&options.cost),
+                words,
+                start,
+                ids: &mut *ids,
+                octants: &mut *octants,
+                division: PhantomData,
+            };
+            let link = builder.node(0, group.ids.len(), Cell::root(&group.bounds), 0)?;
+            let cost = builder.estimate.total();
+            words.set(root, link);
+            Ok(cost)
+        };
+        let level = match options.level {
+            Level::AtMost(level) => level,
+            Level::Automatic => {
+                best_level(MAX_AUTOMATIC_LEVEL, |level| attempt(level, &mut Words::new(&mut [])))?
+            }
+        };
+        attempt(level, words)?;
+        Ok(())
+    }
+
+    pub fn traverse<Q: Query>(
+        local: &Local<'_>,
+        ray: &RaySpan,
+        span: Span,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        let mut stack = heapless::Vec::<Frame, LEVELS>::new();
+        let root = Cell::root(&local.bounds);
+        let mut entered = Self::enter(local, ray, span, query, local.word(0), root)?;
+        loop {
+            if let Some(frame) = entered.take() {
+                let pushed = stack.push(frame).is_ok();
+                debug_assert!(pushed, "validation bounds the depth");
+            }
+            let Some(frame) = stack.last_mut() else {
+                return ControlFlow::Continue(());
+            };
+            let Some((octant, span)) = frame.next(ray.sign_mask() as u32) else {
+                stack.pop();
+                continue;
+            };
+            if span.from > query.last() {
+                continue;
+            }
+            let link = local.word(frame.link_of(octant));
+            let cell = frame.cell.child(&frame.planes, octant);
+            entered = Self::enter(local, ray, span, query, link, cell)?;
+        }
+    }
+
+    pub fn check(local: &Local<'_>) -> Option<Statistics> {
+        let mut statistics = Statistics::default();
+        let mut next = 1;
+        // The links still to follow, by level.
+        let mut stack = heapless::Vec::<(u32, u32), LEVELS>::new();
+        let mut link = local.word(0);
+        loop {
+            // Depth-first order: each node begins where the one before ended.
+            if link & !LEAF != next {
+                return None;
+            }
+            let head = local.word(next);
+            if link & LEAF != 0 {
+                if head == 0 || !local.are_ids(next + 1, head) {
+                    return None;
+                }
+                statistics.add_leaf(head, stack.len() as u32);
+                next = next.checked_add(1 + head)?;
+            } else {
+                let (mask, axes) = (head & 0xff, head & !0xff);
+                let stored = D::stored(head);
+                let links = next.checked_add(1 + stored)?;
+                let divided = axes & !D::AXES == 0 && (axes != 0 || D::AXES == 0);
+                let finite = (next + 1..links).all(|at| f32::from_bits(local.word(at)).is_finite());
+                if mask == 0
+                    || !divided
+                    || !finite
+                    || stack.push((links, mask.count_ones())).is_err()
+                {
+                    return None;
+                }
+                statistics.inner_nodes += 1;
+                next = links.checked_add(mask.count_ones())?;
+            }
+            // To the next child of the deepest node that has one left.
+            loop {
+                let Some((place, left)) = stack.last_mut() else {
+                    return (next as usize == local.words.len()).then_some(statistics);
+                };
+                if *left > 0 {
+                    link = local.word(*place);
+                    *place += 1;
+                    *left -= 1;
+                    break;
+                }
+                stack.pop();
+            }
+        }
+    }
+
+    /// Enters a node: tests a leaf's triangles, or returns the frame of an inner node.
+    #[inline]
+    fn enter<Q: Query>(
+        local: &Local<'_>,
+        ray: &RaySpan,
+        span: Span,
+        query: &mut Q,
+        link: u32,
+        cell: Cell,
+    ) -> ControlFlow<(), Option<Frame>> {
+        query.enter();
+        let place = link & !LEAF;
+        let head = local.word(place);
+        if link & LEAF != 0 {
+            local.test(place + 1, head, query)?;
+            return ControlFlow::Continue(None);
+        }
+        let planes = D::planes(local, place, head, &cell);
+        let crossing = |axis: usize| match planes[axis] {
+            Some(plane) => ray.crossing(axis, plane),
+            // Both halves are the whole.
+            None => AxisCrossing { earliest: f64::NEG_INFINITY, latest: f64::INFINITY },
+        };
+        let crossings = [crossing(0), crossing(1), crossing(2)];
+        ControlFlow::Continue(Some(Frame {
+            cell,
+            planes,
+            links: place + 1 + D::stored(head),
+            mask: head & 0xff,
+            pending: 0xff,
+            span,
+            near_end: crossings.map(|c| c.latest),
+            far_start: crossings.map(|c| c.earliest),
+        }))
+    }
+}
+
+/// An inner node on the way down.
+struct Frame {
+    cell: Cell,
+    planes: Planes,
+    /// Where the first link lies.
+    links: u32,
+    mask: u32,
+    /// Cells not yet looked at, by octant with flipped bits.
+    pending: u32,
+    span: Span,
+    /// Where the half entered first ends at the latest, and the other begins at the earliest.
+    near_end: [f64; 3],
+    far_start: [f64; 3],
+}
+
+impl Frame {
+    /// The next cell that the ray may touch, front to back.
+    #[inline]
+    fn next(&mut self, sign_mask: u32) -> Option<(u32, Span)> {
+        while self.pending != 0 {
+            let flipped = self.pending.trailing_zeros();
+            self.pending &= self.pending - 1;
+            let octant = flipped ^ sign_mask;
+            if self.mask >> octant & 1 == 0 {
+                continue;
+            }
+            let mut span = self.span;
+            for axis in 0..3 {
+                if flipped >> axis & 1 == 0 {
+                    let end = self.near_end[axis];
+                    span.to = if end < span.to { end } else { span.to };
+                } else {
+                    let start = self.far_start[axis];
+                    span.from = if start > span.from { start } else { span.from };
+                }
+            }
+            if !span.is_empty() {
+                return Some((octant, span));
+            }
+        }
+        None
+    }
+
+    /// Where the link to a present child lies.
+    #[inline]
+    fn link_of(&self, octant: u32) -> u32 {
+        self.links + (self.mask & ((1 << octant) - 1)).count_ones()
+    }
+}
+
+struct Builder<'b, 'g, 'w, D> {
+    group: &'b Group<'g>,
+    options: &'b Options,
+    most_level: u32,
+    root_surface: f64,
+    estimate: Estimate,
+    words: &'b mut Words<'w>,
+    /// The word from which links count.
+    start: usize,
+    /// The lists of the cells on the way down, one after the other, and the octants of each entry.
+    ids: &'b mut [u32],
+    octants: &'b mut [u8],
+    division: PhantomData<D>,
+}
+
+impl<D: Division> Builder<'_, '_, '_, D> {
+    /// Appends the node of the list `from..to` and returns the link to it. As deep a recursion as
+    /// levels, at most 21.
+    fn node(&mut self, from: usize, to: usize, cell: Cell, level: u32) -> Result<u32, BuildError> {
+        let place = self.words.len() - self.start;
+        if place.saturating_add(to - from) >= MOST_WORDS {
+            return Err(BuildError::TooLarge);
+        }
+        let surface = cell.surface_within(&self.group.bounds);
+        // A group on a line has no surface; every ray that meets it meets all of it.
+        let probability = if self.root_surface > 0.0 { surface / self.root_surface } else { 1.0 };
+        self.estimate.add_node(probability);
+        let list = self.ids.get(from..to).unwrap_or(&[]);
+        let few = list.len() <= self.options.leaf_capacity as usize;
+        let planes = if few || level >= self.most_level {
+            [None; 3]
+        } else {
+            D::choose(self.group, list, &cell, &self.options.cost)
+        };
+        if planes == [None; 3] {
+            self.estimate.add_tests(probability, list.len());
+            self.words.push(list.len() as u32);
+            self.words.extend(list);
+            return Ok(place as u32 | LEAF);
+        }
+
+        // 1. In which octants does each triangle lie?
+        let mut mask = 0;
+        for at in from..to {
+            let octants = self.octants_of(at, &cell, &planes);
+            mask |= octants;
+            if let Some(slot) = self.octants.get_mut(at) {
+                *slot = octants;
+            }
+        }
+
+        // 2. The node, with links to be filled in; then each child, with its list behind ours.
+        let mut axes = 0;
+        for (axis, plane) in planes.iter().enumerate() {
+            axes |= u32::from(plane.is_some()) << (axis + 8);
+        }
+        self.words.push(u32::from(mask) | axes & D::AXES);
+        if D::AXES != 0 {
+            for plane in planes.iter().flatten() {
+                self.words.push((*plane as f32).to_bits());
+            }
+        }
+        let links = self.words.len();
+        for _ in 0..mask.count_ones() {
+            self.words.push(0);
+        }
+        let mut link_place = links;
+        for octant in (0..8).filter(|octant| mask >> octant & 1 == 1) {
+            let mut end = to;
+            for at in from..to {
+                let inside = self.octants.get(at).is_some_and(|o| o >> octant & 1 == 1);
+                if inside && let Some(&id) = self.ids.get(at) {
+                    if let Some(slot) = self.ids.get_mut(end) {
+                        *slot = id;
+                    }
+                    end += 1;
+                }
+            }
+            let link = self.node(to, end, cell.child(&planes, octant), level + 1)?;
+            self.words.set(link_place, link);
+            link_place += 1;
+        }
+        Ok(place as u32)
+    }
+
+    /// One bit for each octant in which a triangle is to be filed.
+    fn octants_of(&self, at: usize, cell: &Cell, planes: &Planes) -> u8 {
+        let id = self.ids.get(at).copied().unwrap_or(0) as usize;
+        let Some(triangle) = self.group.triangles.get(id) else {
+            return 0;
+        };
+        let bounds = triangle.bounds();
+        let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
+        // What only touches a plane from one side is filed on that side, what lies in it in the lower
+        // half, and so is everything where there is no plane.
+        let mut octants = 0xff_u8;
+        for axis in 0..3 {
+            const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
+            let upper = planes[axis].is_some_and(|plane| f64::from(hi[axis]) > plane);
+            let lower = !upper || planes[axis].is_some_and(|plane| f64::from(lo[axis]) < plane);
+            octants &= if upper { 0xff } else { !UPPER[axis] };
+            octants &= if lower { 0xff } else { UPPER[axis] };
+        }
+        if octants.count_ones() == 1 {
+            return octants;
+        }
+        for octant in 0..8 {
+            if octants >> octant & 1 == 1 {
+                let child = cell.child(planes, octant);
+                if !may_overlap(triangle, child.lo, child.hi) {
+                    octants &= !(1 << octant);
+                }
+            }
+        }
+        octants
+    }
+}
