@@ -33,6 +33,8 @@
 #![allow(
     clippy::cast_possible_truncation, // counts are checked against the u32 limit once, in `build`
     clippy::cast_precision_loss,
+    clippy::cast_sign_loss,           // float to integer saturates at 0, as wanted
+    clippy::doc_markdown,             // names of people in capitals
     clippy::many_single_char_names,   // the names of the papers
     clippy::similar_names,
     clippy::must_use_candidate,

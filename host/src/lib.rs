@@ -16,4 +16,10 @@
     clippy::float_cmp
 )]
 
+pub mod commands;
+mod owned_index;
+pub mod photon;
+pub mod report;
 pub mod scene;
+
+pub use owned_index::{OwnedIndex, kind_by_name, kind_names};

@@ -1,3 +1,16 @@
 //! The command line.
 
-fn main() {}
+use std::process::ExitCode;
+
+use arboleda_host::commands::CommandLine;
+use clap::Parser;
+
+fn main() -> ExitCode {
+    match CommandLine::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

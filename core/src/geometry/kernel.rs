@@ -15,8 +15,11 @@
 //! was computed; two neighbours agree about their shared edge, and there is no epsilon.
 //!
 //! # How it is decided
-//! 1. an `f32` filter that only rejects; 2. an `f64` filter; 3. for what is still in doubt,
-//! expansions, which are exact. Each filter compares a value with a bound on its own error.
+//! 1. An `f32` filter that only rejects.
+//! 2. An `f64` filter.
+//! 3. For what is still in doubt, expansions, which are exact.
+//!
+//! Each filter compares a value with a bound on its own error.
 //!
 //! # The error bounds
 //! Let `r` be half an ulp of 1 (2^-24 or 2^-53), `D`, `E`, `S` the largest components of `d`, of `e1`

@@ -426,8 +426,8 @@ impl<D: Division> Builder<'_, '_, '_, D> {
         for _ in 0..mask.count_ones() {
             self.words.push(0);
         }
-        let mut link_place = links;
-        for octant in (0..8).filter(|octant| mask >> octant & 1 == 1) {
+        let present = (0..8).filter(|octant| mask >> octant & 1 == 1);
+        for (link_place, octant) in (links..).zip(present) {
             let mut end = to;
             for at in from..to {
                 let inside = self.octants.get(at).is_some_and(|o| o >> octant & 1 == 1);
@@ -440,7 +440,6 @@ impl<D: Division> Builder<'_, '_, '_, D> {
             }
             let link = self.node(to, end, cell.child(&planes, octant), level + 1)?;
             self.words.set(link_place, link);
-            link_place += 1;
         }
         Ok(place as u32)
     }
@@ -463,7 +462,7 @@ impl<D: Division> Builder<'_, '_, '_, D> {
             octants &= if upper { 0xff } else { !UPPER[axis] };
             octants &= if lower { 0xff } else { UPPER[axis] };
         }
-        if octants.count_ones() == 1 {
+        if octants.is_power_of_two() {
             return octants;
         }
         for octant in 0..8 {

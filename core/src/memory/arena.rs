@@ -51,7 +51,7 @@ pub(crate) struct Arena<'a> {
 impl<'a> Arena<'a> {
     /// Takes over bytes that start at a multiple of [`ALIGNMENT`]; `None` if they do not.
     pub fn new(bytes: &'a mut [u8]) -> Option<Self> {
-        (bytes.as_ptr().addr() % ALIGNMENT == 0 || bytes.is_empty()).then_some(Self { rest: bytes })
+        (bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) || bytes.is_empty()).then_some(Self { rest: bytes })
     }
 
     /// The next `count` elements, with whatever the bytes hold; `None` if too few bytes are left.
@@ -61,9 +61,7 @@ impl<'a> Arena<'a> {
         }
         let size = count.checked_mul(size_of::<T>())?;
         let rest = core::mem::take(&mut self.rest);
-        let Some((bytes, rest)) = rest.split_at_mut_checked(size) else {
-            return None;
-        };
+        let (bytes, rest) = rest.split_at_mut_checked(size)?;
         // The last section may end before its padding does.
         let padding = (padded(size) - size).min(rest.len());
         self.rest = rest.split_at_mut_checked(padding)?.1;

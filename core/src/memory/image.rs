@@ -150,7 +150,7 @@ impl<'a> Image<'a> {
 
     /// Finds the sections; enough for bytes just built.
     pub(crate) fn view(bytes: &'a [u8]) -> Result<Self, ImageError> {
-        if bytes.as_ptr().addr() % ALIGNMENT != 0 {
+        if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
             return Err(ImageError::Misaligned);
         }
         let header: Header = bytes

@@ -1,5 +1,39 @@
 //! Where triangles come from: OBJ files, the paper's scenes, generated cities.
+//!
+//! ```text
+//! obj (a file) ---------------------------------\
+//! shapes, teapot -> paper, city, mixed -> builtin +-> Model -> light (one above, where there is none)
+//! ```
+//! Every scene but a file's is a function of its options: no clock, no platform's mathematics, z up.
 
+pub mod builtin;
+pub mod city;
+mod error;
+mod hash;
+mod light;
+pub mod mixed;
 mod model;
+pub mod obj;
+pub mod paper;
+pub mod shapes;
+pub mod teapot;
 
+pub use error::{LineProblem, SceneError};
+pub use light::UpAxis;
 pub use model::{AreaLight, Model};
+
+#[cfg(test)]
+pub(crate) mod test_support {
+    //! What tests of scenes ask of the core.
+
+    use arboleda::{Block, Options, Scene, cluster};
+
+    /// The numbers of clusters and of size classes with these options.
+    pub(crate) fn cluster_counts(scene: &Scene<'_>, options: &Options) -> (usize, u32) {
+        let bytes = cluster::scratch_capacity(scene.triangles().len());
+        let mut scratch = vec![Block::ZERO; Block::count(bytes)];
+        let clusters = cluster::find(scene, options, Block::bytes(&mut scratch))
+            .expect("built-in scenes are valid");
+        (clusters.count(), clusters.class_count())
+    }
+}

@@ -45,6 +45,25 @@ impl Model {
         Scene::with_objects(&self.triangles, &self.objects)
     }
 
+    /// A model without triangles yet.
+    pub fn named(name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..Self::default() }
+    }
+
+    /// Appends an object whose triangles all reflect alike.
+    pub fn add_object(
+        &mut self,
+        name: impl Into<String>,
+        triangles: impl IntoIterator<Item = Triangle>,
+        reflectance: f32,
+    ) {
+        let object = self.object_names.len() as u32;
+        self.object_names.push(name.into());
+        self.triangles.extend(triangles);
+        self.objects.resize(self.triangles.len(), object);
+        self.reflectance.resize(self.triangles.len(), reflectance);
+    }
+
     /// The smallest box around all triangles.
     pub fn bounds(&self) -> Aabb {
         self.triangles.iter().fold(Aabb::EMPTY, |all, triangle| all.union(triangle.bounds()))

@@ -1,0 +1,282 @@
+//! Shoots many photons on all processors.
+//!
+//! ```text
+//! photons 0 .. 4095 | 4096 .. 8191 | ...      chunks, of a size that does not depend on threads
+//!     Tally             Tally                 counts, and a hash of the chunk's hits
+//!        \--- in the order of the chunks ---/
+//!                  Shot                       sums, and a hash of the hashes
+//! ```
+//!
+//! All sums are of integers and all hashes in the order of photons, so the result is the same for
+//! any number of threads.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use arboleda::{Counters, Hit, RayIndex};
+use rayon::prelude::*;
+
+use super::digest::Digest;
+use super::shot::Shot;
+use super::trace::{DEFAULT_MAX_BOUNCES, PathEnd, Segment, Tracer};
+use crate::scene::Model;
+
+/// Photons to a chunk. It is part of the digest's definition: some milliseconds of work, long enough that
+/// handing chunks out costs nothing, short enough that threads finish together.
+pub const CHUNK: u64 = 4096;
+
+/// Bytes of an event in a hash: photon, bounce, triangle, `t`, `u`, `v`, little-endian.
+const EVENT_BYTES: usize = 8 + 5 * 4;
+/// Events that are hashed at once: 28 KiB, above the 8 KiB from which BLAKE3 uses whole vectors.
+const EVENTS_AT_ONCE: usize = 1024;
+
+/// Whether the index counts what it does; counting costs a little time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Counting {
+    /// Do not count.
+    #[default]
+    Off,
+    /// Sum up the [`Counters`] of all rays.
+    On,
+}
+
+/// What is to be shot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShootOptions {
+    /// How many photons.
+    pub photons: u64,
+    /// Another seed gives other photons.
+    pub seed: u64,
+    /// How many threads; `None` for one on each processor, or the pool of the caller.
+    pub threads: Option<usize>,
+    /// A photon that would bounce more often is cut off.
+    pub max_bounces: u32,
+    /// Whether the index counts.
+    pub counting: Counting,
+}
+
+impl Default for ShootOptions {
+    /// A million photons on all processors.
+    fn default() -> Self {
+        Self {
+            photons: 1_000_000,
+            seed: 1,
+            threads: None,
+            max_bounces: DEFAULT_MAX_BOUNCES,
+            counting: Counting::Off,
+        }
+    }
+}
+
+/// Shoots photons through an index over the model's triangles.
+///
+/// `progress` is called from any thread after each chunk, with the number of photons in it; the sum
+/// of all calls is the number of photons. Where the kind of index is known, pass the index itself and
+/// not a `dyn RayIndex`, so that the query is compiled into the loop.
+///
+/// If the system refuses the threads asked for, the caller's pool does the work: the result is the
+/// same.
+///
+/// # Examples
+/// ```
+/// use arboleda::{Block, Index, Linear, Options, Triangle, Vec3};
+/// use arboleda_host::photon::{ShootOptions, shoot};
+/// use arboleda_host::scene::{AreaLight, Model};
+///
+/// let floor = Triangle::new(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0);
+/// let light = AreaLight { corner: Vec3::Z, edge_u: Vec3::Y, edge_v: Vec3::X, flux: 100.0 };
+/// let model = Model {
+///     triangles: vec![floor], reflectance: vec![0.5], lights: vec![light], ..Model::default()
+/// };
+/// let (mut arena, mut scratch) = ([Block::ZERO; 64], [Block::ZERO; 64]);
+/// let index = Index::<Linear>::build(&model.scene(), &Options::default(),
+///     Block::bytes(&mut arena), Block::bytes(&mut scratch))?;
+/// let options = ShootOptions { photons: 10_000, ..ShootOptions::default() };
+/// let shot = shoot(&model, &index, &options, &|_| {});
+/// assert_eq!(shot.absorbed + shot.escaped, 10_000);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn shoot<I: RayIndex + Sync + ?Sized>(
+    model: &Model,
+    index: &I,
+    options: &ShootOptions,
+    progress: &(impl Fn(u64) + Sync),
+) -> Shot {
+    let pool = options.threads.and_then(|threads| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build().ok()
+    });
+    match pool {
+        Some(pool) => pool.install(|| shoot_here(model, index, options, progress)),
+        None => shoot_here(model, index, options, progress),
+    }
+}
+
+/// Shoots on the threads of the pool that it is called from.
+fn shoot_here<I: RayIndex + Sync + ?Sized>(
+    model: &Model,
+    index: &I,
+    options: &ShootOptions,
+    progress: &(impl Fn(u64) + Sync),
+) -> Shot {
+    let start = Instant::now();
+    let tracer = Tracer::new(model, options.seed, options.max_bounces);
+    let photons = if tracer.emitter().is_dark() { 0 } else { options.photons };
+    // One table for all threads: a table for each would take more memory than the scene. Sums of
+    // integers do not depend on the order, so the weakest ordering is enough.
+    let hit_counts: Vec<AtomicU64> = model.triangles.iter().map(|_| AtomicU64::new(0)).collect();
+
+    // 1. Chunks, in parallel; collected in their order.
+    let tallies: Vec<Tally> = (0..photons.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let first = chunk * CHUNK;
+            let end = photons.min(first.saturating_add(CHUNK));
+            let mut tally = Tally::default();
+            let mut events = EventHasher::new();
+            for photon in first..end {
+                tally.add_photon(&tracer, photon, index, options.counting, |segment, hit| {
+                    events.add(segment, hit);
+                    if let Some(count) = hit_counts.get(hit.triangle.0 as usize) {
+                        count.fetch_add(1, Ordering::Relaxed);
+                    }
+                });
+            }
+            tally.digest = events.finish();
+            progress(end - first);
+            tally
+        })
+        .collect();
+
+    // 2. Sums.
+    let mut all = Tally::default();
+    let mut digests = blake3::Hasher::new();
+    for tally in &tallies {
+        all.join(tally);
+        digests.update(&tally.digest);
+    }
+    Shot {
+        emitted_photons: photons,
+        absorbed: all.absorbed,
+        escaped: all.escaped,
+        cut_off: all.cut_off,
+        refused: all.refused,
+        bounce_count: all.bounce_count,
+        hit_count: all.hit_count,
+        ray_count: all.ray_count,
+        hit_counts: hit_counts.into_iter().map(AtomicU64::into_inner).collect(),
+        total_flux: tracer.emitter().total_flux(),
+        counters: (options.counting == Counting::On).then_some(all.counters),
+        digest: Digest(*digests.finalize().as_bytes()),
+        seconds: start.elapsed().as_secs_f64(),
+        thread_count: rayon::current_num_threads(),
+    }
+}
+
+/// What happened to the photons of one chunk.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    absorbed: u64,
+    escaped: u64,
+    cut_off: u64,
+    refused: u64,
+    bounce_count: u64,
+    hit_count: u64,
+    ray_count: u64,
+    counters: Counters,
+    digest: [u8; 32],
+}
+
+impl Tally {
+    #[inline]
+    fn add_photon<I: RayIndex + ?Sized>(
+        &mut self,
+        tracer: &Tracer<'_>,
+        photon: u64,
+        index: &I,
+        counting: Counting,
+        mut on_hit: impl FnMut(&Segment, &Hit),
+    ) {
+        let counters = &mut self.counters;
+        let mut last_bounce = 0;
+        let end = tracer.follow(
+            photon,
+            |ray| match counting {
+                Counting::Off => index.closest_hit(ray),
+                Counting::On => index.closest_hit_counted(ray, counters),
+            },
+            |segment| {
+                self.ray_count += 1;
+                last_bounce = segment.bounce;
+                if let Some(hit) = &segment.hit {
+                    self.hit_count += 1;
+                    on_hit(segment, hit);
+                }
+            },
+        );
+        self.bounce_count += u64::from(last_bounce);
+        match end {
+            Some(PathEnd::Absorbed) => self.absorbed += 1,
+            Some(PathEnd::Escaped) => self.escaped += 1,
+            Some(PathEnd::CutOff) => self.cut_off += 1,
+            // `None` cannot be: a dark model shoots no photons.
+            Some(PathEnd::Refused) | None => self.refused += 1,
+        }
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.absorbed += other.absorbed;
+        self.escaped += other.escaped;
+        self.cut_off += other.cut_off;
+        self.refused += other.refused;
+        self.bounce_count += other.bounce_count;
+        self.hit_count += other.hit_count;
+        self.ray_count += other.ray_count;
+        self.counters += other.counters;
+    }
+}
+
+/// Hashes the hits of a chunk in the order in which they come.
+struct EventHasher {
+    hasher: blake3::Hasher,
+    waiting: Vec<u8>,
+}
+
+impl EventHasher {
+    fn new() -> Self {
+        Self {
+            hasher: blake3::Hasher::new(),
+            waiting: Vec::with_capacity(EVENTS_AT_ONCE * EVENT_BYTES),
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, segment: &Segment, hit: &Hit) {
+        let words = [
+            segment.photon as u32,
+            (segment.photon >> 32) as u32,
+            segment.bounce,
+            hit.triangle.0,
+            hit.t.to_bits(),
+            hit.u.to_bits(),
+            hit.v.to_bits(),
+        ];
+        let mut event = [0; EVENT_BYTES];
+        for (place, word) in event.chunks_exact_mut(4).zip(words) {
+            place.copy_from_slice(&word.to_le_bytes());
+        }
+        if self.waiting.len() == EVENTS_AT_ONCE * EVENT_BYTES {
+            self.flush();
+        }
+        self.waiting.extend_from_slice(&event);
+    }
+
+    fn flush(&mut self) {
+        self.hasher.update(&self.waiting);
+        self.waiting.clear();
+    }
+
+    fn finish(mut self) -> [u8; 32] {
+        self.flush();
+        *self.hasher.finalize().as_bytes()
+    }
+}

@@ -1,0 +1,89 @@
+//! Vectors of `f64`, for what `f32` is too coarse for: points on triangles, normals, frames.
+//!
+//! Every operation is the plain sum of products from left to right, without fused steps, so that the
+//! bits are the same on every target.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use arboleda::Vec3;
+
+/// Three coordinates in `f64`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Vector64 {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+}
+
+impl Vector64 {
+    pub const fn new(x: f64, y: f64, z: f64) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The nearest `f32` of each coordinate.
+    pub fn rounded(self) -> Vec3 {
+        Vec3::new(self.x as f32, self.y as f32, self.z as f32)
+    }
+
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    pub fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
+        }
+    }
+
+    pub fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// The largest size of a coordinate.
+    pub fn largest(self) -> f64 {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+}
+
+impl From<Vec3> for Vector64 {
+    fn from(v: Vec3) -> Self {
+        Self { x: f64::from(v.x), y: f64::from(v.y), z: f64::from(v.z) }
+    }
+}
+
+impl Add for Vector64 {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl Sub for Vector64 {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl Mul<f64> for Vector64 {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+    }
+}
+
+impl Div<f64> for Vector64 {
+    type Output = Self;
+    fn div(self, divisor: f64) -> Self {
+        Self { x: self.x / divisor, y: self.y / divisor, z: self.z / divisor }
+    }
+}
+
+impl Neg for Vector64 {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
+    }
+}

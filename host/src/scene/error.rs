@@ -1,0 +1,102 @@
+//! What can be wrong with a scene, said so that a person can act.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why there is no scene.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    /// The file does not exist or cannot be read.
+    #[error("cannot read {}: {source}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A line of the file is wrong.
+    #[error("{}, line {line}: {problem}", file.display())]
+    Line {
+        /// The file.
+        file: PathBuf,
+        /// The line, counted from 1; of a continued line, the first.
+        line: usize,
+        /// What is wrong with it.
+        problem: LineProblem,
+    },
+    /// There is nothing in the file that a ray could hit.
+    #[error(
+        "{}: no faces found ({vertex_count} vertices, {ignored_count} point and line elements); \
+         is it an OBJ file with `f` lines?",
+        file.display()
+    )]
+    NoFaces {
+        /// The file.
+        file: PathBuf,
+        /// How many vertices it has.
+        vertex_count: usize,
+        /// How many points and lines it has.
+        ignored_count: usize,
+    },
+    /// The reader of OBJ files refused the file for a reason that the checks before it do not know.
+    #[error("{}: {source}", file.display())]
+    Refused {
+        /// The file.
+        file: PathBuf,
+        /// Its reason.
+        source: tobj::LoadError,
+    },
+    /// No built-in scene has this name.
+    #[error("there is no built-in scene `{name}`; there are: {}", super::builtin::list())]
+    UnknownScene {
+        /// The name asked for.
+        name: String,
+    },
+    /// Not an axis.
+    #[error("`{given}` is not an axis that points up; use y, z or auto")]
+    UnknownAxis {
+        /// What was given.
+        given: String,
+    },
+}
+
+/// What is wrong with a line of an OBJ file.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LineProblem {
+    /// A vertex has fewer than three coordinates.
+    #[error("a vertex needs 3 coordinates, here are {given}")]
+    FewCoordinates {
+        /// How many there are.
+        given: usize,
+    },
+    /// A coordinate is no number.
+    #[error("vertex coordinate `{text}` is not a number")]
+    NotANumber {
+        /// The coordinate as written.
+        text: String,
+    },
+    /// A coordinate is infinite, not a number, or past the largest `f32`.
+    #[error("vertex coordinate `{text}` is not finite as a 32-bit number")]
+    NotFinite {
+        /// The coordinate as written.
+        text: String,
+    },
+    /// A face names a vertex by something that is no whole number other than 0.
+    #[error("face corner `{text}` does not begin with a vertex number (1, 2, ... or -1, -2, ...)")]
+    NotAnIndex {
+        /// The corner as written.
+        text: String,
+    },
+    /// A face names a vertex that does not exist.
+    #[error("a face names vertex {index}, but there are {vertex_count} vertices {place}")]
+    OutOfRange {
+        /// The number as written.
+        index: i64,
+        /// How many vertices it could have named.
+        vertex_count: usize,
+        /// "in the file", or, for a negative number, "above it".
+        place: &'static str,
+    },
+}

@@ -1,0 +1,57 @@
+//! Reduces a material file to names and diffuse colours, with three components each.
+//!
+//! `tobj` panics where a colour has one component, which the format allows: the others are then equal.
+
+use std::fmt::Write;
+use std::path::Path;
+
+/// Appends to `reduced` the names and diffuse colours of a material file, in its format. What cannot be
+/// understood is a warning.
+pub(super) fn reduce(text: &str, file: &Path, reduced: &mut String, warnings: &mut Vec<String>) {
+    let mut named = false;
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.trim();
+        let (keyword, arguments) =
+            line.split_once(char::is_whitespace).map_or((line, ""), |(k, a)| (k, a.trim()));
+        let written = match keyword {
+            "newmtl" if !arguments.is_empty() => {
+                named = true;
+                writeln!(reduced, "newmtl {arguments}")
+            }
+            "Kd" if named => {
+                if let Some([red, green, blue]) = colour(arguments) {
+                    writeln!(reduced, "Kd {red} {green} {blue}")
+                } else {
+                    warnings.push(format!(
+                        "{}, line {number}: `{line}` is not a colour of 1 or 3 numbers; \
+                         reflectance {} instead",
+                        file.display(),
+                        super::DEFAULT_REFLECTANCE
+                    ));
+                    Ok(())
+                }
+            }
+            _ => Ok(()),
+        };
+        debug_assert!(written.is_ok(), "writing to a string cannot fail");
+    }
+}
+
+/// The share of light that a diffuse colour reflects: the mean of its components, 0 to 1.
+pub(super) fn mean([red, green, blue]: [f32; 3]) -> f32 {
+    let sum = f64::from(red) + f64::from(green) + f64::from(blue);
+    ((sum / 3.0) as f32).clamp(0.0, 1.0)
+}
+
+fn colour(arguments: &str) -> Option<[f32; 3]> {
+    let numbers = arguments.split_once('#').map_or(arguments, |(before, _)| before);
+    let components: Vec<f32> =
+        numbers.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
+    // Far more than a colour needs; three of them do not overflow.
+    let sensible = components.iter().all(|component| component.abs() <= 1e6);
+    match components[..] {
+        [grey] if sensible => Some([grey; 3]),
+        [red, green, blue] if sensible => Some([red, green, blue]),
+        _ => None,
+    }
+}

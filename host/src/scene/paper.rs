@@ -1,0 +1,244 @@
+//! The scenes of the paper's figures 2, 3 and 4. z is up, a unit may be a decimetre.
+//!
+//! # Source
+//! N. Aguilera, J. Revelles, M. Lastra, R. Montes, R. J. García, *Representaciones Espaciales Para Escenas
+//! Constituidas Mediante Agrupaciones de Objetos*. The paper gives counts and pictures, no
+//! coordinates: the coordinates here are ours, chosen so that its counts come out.
+
+use arboleda::{Aabb, Triangle, Vec3};
+
+use super::light::DEFAULT_FLUX;
+use super::teapot::{PAPER_DIVISIONS, Placement, placed, teapot};
+use super::{AreaLight, Model, shapes};
+
+/// White paint, for the floor.
+const FLOOR_REFLECTANCE: f32 = 0.7;
+/// Grey paint, for everything else.
+const OBJECT_REFLECTANCE: f32 = 0.5;
+
+/// Figure 2: six groups of four objects each; every group is a cluster.
+///
+/// Boxes and balls are divided so that all triangles are of similar size, one size class; in a group the
+/// objects touch.
+pub fn fig2() -> Model {
+    let mut model = Model::named("fig2");
+    for group in 0..6_u8 {
+        let (column, row) = (f32::from(group % 3), f32::from(group / 3));
+        let base = Vec3::new(column * 8.0 - 8.0, row * 8.0 - 4.0, 0.0);
+        let mut block = |name: &str, lo: [f32; 3], hi: [f32; 3]| {
+            let bounds = Aabb::new(base + Vec3::from_array(lo), base + Vec3::from_array(hi));
+            model.add_object(
+                format!("group {} {name}", group + 1),
+                shapes::cuboid(bounds, 4),
+                OBJECT_REFLECTANCE,
+            );
+        };
+        let height = 1.0 + 0.25 * f32::from(group);
+        block("box", [-1.0, -0.5, 0.0], [0.0, 0.5, 1.0]);
+        block("tower", [0.0, -0.5, 0.0], [1.0, 0.5, height]);
+        for (name, centre) in
+            [("ball", [-0.5, 0.0, 1.5]), ("raised ball", [0.5, 0.0, height + 0.5])]
+        {
+            model.add_object(
+                format!("group {} {name}", group + 1),
+                shapes::sphere_at(base + Vec3::from_array(centre), 0.5, 2),
+                OBJECT_REFLECTANCE,
+            );
+        }
+    }
+    model.lights.push(AreaLight::facing_down(Vec3::Z * 8.0, 8.0, 8.0, DEFAULT_FLUX));
+    model
+}
+
+/// Figure 3: two clusters far apart along x, each of 8 x 8 x 8 cubes of 12 triangles, and a light
+/// above each.
+///
+/// With leaves of at most 12 triangles, the octree hierarchy has level 3 and a single octree level 10:
+///
+/// - A cluster's cubes have side 1 and gaps of 1/8, so the cluster's side is 71/8, its cells at level 3
+///   have side 71/64, and cube `i` along an axis, from `9i/8` to `9i/8 + 1`, lies in cell `i`, from
+///   `71i/64`: one cube, 12 triangles, in each cell; while 8 are in each cell of level 2.
+/// - A single octree's side is 100. Its cells are narrower than a gap, so that no cell touches two cubes,
+///   from 100/1024 at level 10 on; at level 9, 100/512 is wider than a gap, and where eight cubes face
+///   each other a cell holds triangles of all.
+pub fn fig3() -> Model {
+    const PITCH: f32 = 1.125;
+    const SIDE: f32 = 7.0 * PITCH + 1.0;
+    const LENGTH: f32 = 100.0;
+    let mut model = Model::named("fig3");
+    for (cluster, start) in [("left", 0.0), ("right", LENGTH - SIDE)] {
+        for number in 0..512_u16 {
+            let step = |shift: u16| f32::from(number >> shift & 7) * PITCH;
+            let lo = Vec3::new(start + step(0), step(3), step(6));
+            let cube = shapes::cuboid(Aabb::new(lo, lo + Vec3::ONE), 1);
+            model.add_object(format!("{cluster} cube {number}"), cube, OBJECT_REFLECTANCE);
+        }
+        let centre = Vec3::new(start + SIDE * 0.5, SIDE * 0.5, SIDE + 1.0);
+        model.lights.push(AreaLight::facing_down(centre, SIDE, SIDE, DEFAULT_FLUX * 0.5));
+    }
+    model
+}
+
+/// The floor of figure 4: 5,000 triangles, and a light above it half as wide.
+///
+/// A quad of the usual floor has side 0.72, and its triangles' boxes a diagonal of 1.02: more than twice
+/// that of every teapot triangle, 0.47. That makes the floor a size class, and so a cluster, of its
+/// own, although the teapots stand on it. Under the larger teapot of figure 4(d) the floor is wider in
+/// proportion.
+const FLOOR_DIVISIONS: u32 = 50;
+const USUAL_SIDE: f32 = 36.0;
+/// Teapots are 6.4 long and 4 wide; side by side they are 0.04 apart, nearer than the proximity of their
+/// triangles.
+const STEP: f32 = 4.04;
+
+/// Where the middle of a row of teapots stands, and how many there are.
+type Row = ((f32, f32), u8);
+
+/// Figure 4(a): a floor and five teapots in one row; 2 clusters.
+pub fn fig4a() -> Model {
+    on_floor("fig4a", USUAL_SIDE, &[((0.0, 0.0), 5)])
+}
+
+/// Figure 4(b): a floor and five teapots in rows of three and two; 3 clusters.
+pub fn fig4b() -> Model {
+    on_floor("fig4b", USUAL_SIDE, &[((-8.0, 0.0), 3), ((8.0, 0.0), 2)])
+}
+
+/// Figure 4(c): a floor and five teapots in rows of two, two and one; 4 clusters.
+pub fn fig4c() -> Model {
+    on_floor("fig4c", USUAL_SIDE, &GROUPS_OF_C)
+}
+
+const GROUPS_OF_C: [Row; 3] = [((-10.0, -7.0), 2), ((10.0, -7.0), 2), ((0.0, 12.0), 1)];
+
+/// Figure 4(d): five teapots around a sixth that is three times as large; 5 clusters.
+///
+/// Sizes of the large teapot's triangles overlap with those of the others', so it is in their size
+/// class; it is a cluster of its own because it stands apart. Two size classes: teapots, floor.
+pub fn fig4d() -> Model {
+    let rows = [((-22.0, -12.0), 2), ((22.0, -12.0), 2), ((0.0, 24.0), 1)];
+    with_sixth(on_floor("fig4d", 3.0 * USUAL_SIDE, &rows), 3.0)
+}
+
+/// Figure 4(e): as 4(c), and in the middle a sixth teapot, a fiftieth as large; 5 clusters.
+///
+/// Its largest triangles are less than half as large as the smallest of the others, so it is a size class
+/// of its own, the third. It would be a cluster of its own without that, because it stands apart.
+pub fn fig4e() -> Model {
+    with_sixth(on_floor("fig4e", USUAL_SIDE, &GROUPS_OF_C), 0.02)
+}
+
+fn with_sixth(mut model: Model, scale: f32) -> Model {
+    let sixth = Placement { base: Vec3::ZERO, scale, quarter_turns: 0 };
+    model.add_object("teapot 6", placed(&teapot(PAPER_DIVISIONS), sixth), OBJECT_REFLECTANCE);
+    model
+}
+
+/// A floor around the origin, rows of teapots along y, and a light high enough above for all of them.
+fn on_floor(name: &str, side: f32, rows: &[Row]) -> Model {
+    let mut model = Model::named(name);
+    let floor = shapes::floor(Vec3::ZERO, side, FLOOR_DIVISIONS);
+    model.add_object("floor", floor, FLOOR_REFLECTANCE);
+    let teapot: Vec<Triangle> = teapot(PAPER_DIVISIONS);
+    for &((x, y), length) in rows {
+        for place in 0..length {
+            let along = (f32::from(place) - f32::from(length - 1) * 0.5) * STEP;
+            let base = Vec3::new(x, y + along, 0.0);
+            let number = model.object_names.len();
+            let placement = Placement { base, scale: 1.0, quarter_turns: 0 };
+            model.add_object(
+                format!("teapot {number}"),
+                placed(&teapot, placement),
+                OBJECT_REFLECTANCE,
+            );
+        }
+    }
+    let (height, width) = (Vec3::Z * side * 0.3, side * 0.5);
+    model.lights.push(AreaLight::facing_down(height, width, width, DEFAULT_FLUX));
+    model
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::test_support::cluster_counts;
+    use arboleda::{Block, Clustered, Index, Level, Octree, Options, Representation};
+
+    fn check(model: &Model, triangles: usize, objects: usize, clusters: (usize, u32)) {
+        assert_eq!(model.triangles.len(), triangles, "{}", model.name);
+        assert_eq!(model.objects.len(), triangles);
+        assert_eq!(model.reflectance.len(), triangles);
+        assert_eq!(model.object_names.len(), objects);
+        let flux: f32 = model.lights.iter().map(|light| light.flux).sum();
+        assert_eq!(flux, 100.0);
+        // Not by a hair: half and double the default proximity find the same.
+        for proximity in [0.25, 0.5, 1.0] {
+            let options = Options { proximity, ..Options::default() };
+            assert_eq!(cluster_counts(&model.scene(), &options), clusters, "{}", model.name);
+        }
+    }
+
+    #[test]
+    fn figure_2_has_six_clusters() {
+        check(&fig2(), 6 * (2 * 192 + 2 * 320), 24, (6, 1));
+    }
+
+    #[test]
+    fn figure_3_has_two_clusters() {
+        check(&fig3(), 12_288, 1_024, (2, 1));
+    }
+
+    #[test]
+    fn figure_4_has_the_papers_clusters() {
+        let five = 5_000 + 5 * 5_112;
+        check(&fig4a(), five, 6, (2, 2));
+        check(&fig4b(), five, 6, (3, 2));
+        check(&fig4c(), five, 6, (4, 2));
+        check(&fig4d(), five + 5_112, 7, (5, 2));
+        check(&fig4e(), five + 5_112, 7, (5, 3));
+    }
+
+    #[test]
+    fn clusters_of_figure_4_are_whole_objects() {
+        for model in [fig4a(), fig4b(), fig4c(), fig4d(), fig4e()] {
+            let bytes = arboleda::cluster::scratch_capacity(model.triangles.len());
+            let mut scratch = vec![Block::ZERO; Block::count(bytes)];
+            let scratch = Block::bytes(&mut scratch);
+            let found =
+                arboleda::cluster::find(&model.scene(), &Options::default(), scratch).unwrap();
+            let mut home = vec![None; model.object_names.len()];
+            for (number, ids) in found.iter().enumerate() {
+                for &id in ids {
+                    let object = model.objects[id as usize] as usize;
+                    assert_eq!(*home[object].get_or_insert(number), number, "{}", model.name);
+                }
+            }
+            let floor = home[0];
+            assert!(home[1..].iter().all(|&cluster| cluster != floor));
+        }
+    }
+
+    /// The deepest level and the largest leaf with leaves of 12 and any level allowed.
+    fn levels<R: Representation>(model: &Model, level: u32) -> (u32, u32) {
+        let options = Options { level: Level::AtMost(level), ..Options::default() };
+        let scene = model.scene();
+        let bytes = Index::<R>::scratch_capacity(model.triangles.len(), &options);
+        let mut scratch = vec![Block::ZERO; Block::count(bytes)];
+        let scratch = Block::bytes(&mut scratch);
+        let capacity = Index::<R>::capacity(&scene, &options, scratch).unwrap();
+        let mut arena = vec![Block::ZERO; Block::count(capacity.index)];
+        let index = Index::<R>::build(&scene, &options, Block::bytes(&mut arena), scratch).unwrap();
+        let statistics = index.check().unwrap();
+        (statistics.deepest_level, statistics.largest_leaf)
+    }
+
+    #[test]
+    fn figure_3_needs_level_3_in_clusters_and_10_in_one_octree() {
+        let model = fig3();
+        assert_eq!(levels::<Clustered<Octree>>(&model, 20), (3, 12));
+        assert_eq!(levels::<Octree>(&model, 20), (10, 12));
+        // One level less is too few.
+        assert!(levels::<Clustered<Octree>>(&model, 2).1 > 12);
+        assert!(levels::<Octree>(&model, 9).1 > 12);
+    }
+}

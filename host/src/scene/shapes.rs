@@ -1,0 +1,210 @@
+//! Simple surfaces: floors, boxes, spheres.
+//!
+//! Triangles that meet share their corners bit for bit, so a closed surface has no cracks. Closed
+//! surfaces are wound counter-clockwise seen from outside.
+
+use std::collections::HashMap;
+
+use arboleda::{Aabb, Triangle, Vec3};
+
+/// A horizontal square around `centre`, of `divisions x divisions` quads of two triangles each,
+/// facing up. None for 0 divisions.
+pub fn floor(centre: Vec3, side: f32, divisions: u32) -> Vec<Triangle> {
+    let half = side * 0.5;
+    let (lo, hi) = (centre - Vec3::new(half, half, 0.0), centre + Vec3::new(half, half, 0.0));
+    let mut triangles = Vec::new();
+    patch(
+        [lo, Vec3::new(hi.x, lo.y, lo.z), hi, Vec3::new(lo.x, hi.y, lo.z)],
+        divisions,
+        divisions,
+        |triangle| {
+            triangles.push(triangle);
+        },
+    );
+    triangles
+}
+
+/// A cube around `centre`: 12 triangles.
+pub fn cube(centre: Vec3, side: f32) -> Vec<Triangle> {
+    let half = Vec3::splat(side * 0.5);
+    cuboid(Aabb::new(centre - half, centre + half), 1)
+}
+
+/// The surface of a box, each face of `divisions x divisions` quads: `12 divisions^2` triangles.
+pub fn cuboid(bounds: Aabb, divisions: u32) -> Vec<Triangle> {
+    let (lo, hi) = (bounds.lo, bounds.hi);
+    // Octant bits as everywhere: bit 0 is the upper end in x, bit 1 in y, bit 2 in z.
+    let corner = |bits: u32| {
+        Vec3::new(
+            if bits & 1 == 0 { lo.x } else { hi.x },
+            if bits & 2 == 0 { lo.y } else { hi.y },
+            if bits & 4 == 0 { lo.z } else { hi.z },
+        )
+    };
+    let faces =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut triangles = Vec::with_capacity(12 * (divisions as usize).pow(2));
+    for face in faces {
+        patch(face.map(corner), divisions, divisions, |triangle| triangles.push(triangle));
+    }
+    triangles
+}
+
+/// A quad with parallel sides along the axes, divided into `across x along` quads of two triangles.
+///
+/// `corners` run around it counter-clockwise; `across` divides the first side, `along` the second.
+pub(super) fn patch(corners: [Vec3; 4], across: u32, along: u32, mut emit: impl FnMut(Triangle)) {
+    let [a, b, c, _] = corners;
+    // Each coordinate changes along one side at most, and is computed from its two ends in the same
+    // order whichever way a face runs: neighbouring faces get the same bits.
+    let coordinate = |from: f32, to: f32, step: u32, steps: u32| {
+        let (low, high, step) =
+            if from <= to { (from, to, step) } else { (to, from, steps - step) };
+        let (low, high) = (f64::from(low), f64::from(high));
+        (low + (high - low) * (f64::from(step) / f64::from(steps))) as f32
+    };
+    let point = |i: u32, j: u32| {
+        let axis = |a: f32, b: f32, c: f32| {
+            if a == b { coordinate(b, c, j, along) } else { coordinate(a, b, i, across) }
+        };
+        Vec3::new(axis(a.x, b.x, c.x), axis(a.y, b.y, c.y), axis(a.z, b.z, c.z))
+    };
+    for j in 0..along {
+        for i in 0..across {
+            let (p, q, r, s) = (point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1));
+            emit(Triangle::new(p, q, r));
+            emit(Triangle::new(p, r, s));
+        }
+    }
+}
+
+/// The most subdivisions of a sphere: 20 * 4^9 is five million triangles.
+const MOST_SUBDIVISIONS: u32 = 9;
+
+/// A closed sphere of radius 1 around the origin: an icosahedron whose triangles were divided in four
+/// as often as said (at most 9 times), `20 * 4^subdivisions` triangles.
+///
+/// Every corner is computed once: neighbours share it exactly.
+pub fn closed_sphere(subdivisions: u32) -> Vec<Triangle> {
+    // 1. The icosahedron: three golden rectangles, one across each axis.
+    let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
+    let mut corners = Vec::new();
+    for axis in 0..3 {
+        for (short, long) in [(-1.0, -golden), (1.0, -golden), (-1.0, golden), (1.0, golden)] {
+            let mut corner = [0.0; 3];
+            corner[(axis + 1) % 3] = short;
+            corner[(axis + 2) % 3] = long;
+            corners.push(on_sphere(corner));
+        }
+    }
+    let mut faces = icosahedron_faces(&corners);
+
+    // 2. Each edge's midpoint, moved out to the sphere, is shared by the two triangles beside it.
+    for _ in 0..subdivisions.min(MOST_SUBDIVISIONS) {
+        let mut midpoints = HashMap::with_capacity(faces.len() * 3 / 2);
+        let mut divided = Vec::with_capacity(faces.len() * 4);
+        for [a, b, c] in faces {
+            let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[a, b]: [usize; 2]| {
+                *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    let [p, q]: [[f64; 3]; 2] = [corners[a.min(b)], corners[a.max(b)]];
+                    corners.push(on_sphere([p[0] + q[0], p[1] + q[1], p[2] + q[2]]));
+                    corners.len() - 1
+                })
+            });
+            divided.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        faces = divided;
+    }
+
+    // 3. Rounded last, alike for all triangles around a corner.
+    let rounded: Vec<Vec3> =
+        corners.iter().map(|corner| Vec3::from_array(corner.map(|x| x as f32))).collect();
+    faces.iter().map(|&[a, b, c]| Triangle::new(rounded[a], rounded[b], rounded[c])).collect()
+}
+
+/// A closed sphere of the given radius around `centre`; see [`closed_sphere`].
+pub fn sphere_at(centre: Vec3, radius: f32, subdivisions: u32) -> Vec<Triangle> {
+    let moved = |point: Vec3| centre + point * radius;
+    closed_sphere(subdivisions)
+        .into_iter()
+        .map(|triangle| Triangle::new(moved(triangle.a), moved(triangle.b), moved(triangle.c)))
+        .collect()
+}
+
+/// The triples of corners at the length of an edge from each other, wound outwards.
+fn icosahedron_faces(corners: &[[f64; 3]]) -> Vec<[usize; 3]> {
+    // On the unit sphere, neighbours' cosine is 1/sqrt(5) = 0.447, that of others negative.
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let near = |a: usize, b: usize| dot(corners[a], corners[b]) > 0.0;
+    let count = corners.len();
+    let mut faces = Vec::new();
+    for a in 0..count {
+        for b in (a + 1..count).filter(|&b| near(a, b)) {
+            for c in (b + 1..count).filter(|&c| near(a, c) && near(b, c)) {
+                let (p, q, r) = (corners[a], corners[b], corners[c]);
+                let volume = p[0] * (q[1] * r[2] - q[2] * r[1])
+                    + p[1] * (q[2] * r[0] - q[0] * r[2])
+                    + p[2] * (q[0] * r[1] - q[1] * r[0]);
+                faces.push(if volume > 0.0 { [a, b, c] } else { [a, c, b] });
+            }
+        }
+    }
+    faces
+}
+
+fn on_sphere(point: [f64; 3]) -> [f64; 3] {
+    let length = (point[0] * point[0] + point[1] * point[1] + point[2] * point[2]).sqrt();
+    point.map(|coordinate| coordinate / length)
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Tells whether every edge, by the bits of its ends, is run along once each way.
+    pub(in crate::scene) fn is_closed(triangles: &[Triangle]) -> bool {
+        let bits = |point: Vec3| point.to_array().map(|x| (x + 0.0).to_bits());
+        let mut edges: HashMap<_, u32> = HashMap::new();
+        for triangle in triangles {
+            let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(bits);
+            for edge in [(a, b), (b, c), (c, a)] {
+                *edges.entry(edge).or_default() += 1;
+            }
+        }
+        edges.iter().all(|(&(a, b), &times)| times == 1 && edges.get(&(b, a)) == Some(&1))
+    }
+
+    #[test]
+    fn closed_surfaces_are_closed_and_face_outwards() {
+        let shifted = Aabb::new(Vec3::new(0.1, -3.7, 11.3), Vec3::new(0.4, 5.1, 12.9));
+        for (triangles, centre, count) in [
+            (closed_sphere(0), Vec3::ZERO, 20),
+            (closed_sphere(1), Vec3::ZERO, 80),
+            (closed_sphere(5), Vec3::ZERO, 20_480),
+            (sphere_at(Vec3::splat(9.0), 0.3, 2), Vec3::splat(9.0), 320),
+            (cube(Vec3::splat(0.7), 0.3), Vec3::splat(0.7), 12),
+            (cuboid(shifted, 7), shifted.centre(), 588),
+        ] {
+            assert_eq!(triangles.len(), count);
+            assert!(is_closed(&triangles), "{count} triangles");
+            assert!(triangles.iter().all(|t| t.normal().dot(t.a - centre) > 0.0));
+        }
+    }
+
+    #[test]
+    fn spheres_have_their_radius() {
+        for triangle in closed_sphere(5) {
+            assert!((triangle.a.length() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn floors_face_up() {
+        let triangles = floor(Vec3::new(1.0, 2.0, 3.0), 10.0, 50);
+        assert_eq!(triangles.len(), 5_000);
+        assert!(triangles.iter().all(|t| t.normal().z > 0.0 && t.a.z == 3.0));
+        let bounds = triangles.iter().fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
+        assert_eq!(bounds, Aabb::new(Vec3::new(-4.0, -3.0, 3.0), Vec3::new(6.0, 7.0, 3.0)));
+        assert!(floor(Vec3::ZERO, 1.0, 0).is_empty());
+    }
+}
