@@ -49,7 +49,7 @@ pub mod geometry;
 mod index;
 pub mod indices;
 pub mod memory;
-mod query;
+pub mod query;
 mod scene;
 
 pub use error::{BuildError, ImageError};

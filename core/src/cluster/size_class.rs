@@ -64,12 +64,15 @@ pub(super) fn divide(
             continue;
         }
         let ratio = above / below;
-        let better = gaps.iter().position(|&(other, _)| ratio > other).unwrap_or(gaps.len());
-        let most = options.size_classes.saturating_sub(1) as usize;
-        if better < most {
-            gaps.truncate(most - 1);
-            let inserted = gaps.insert(better, (ratio, place)).is_ok();
-            debug_assert!(inserted, "at most three gaps are kept");
+        // Carried to its place, and what was there to the next: `Vec::insert` could panic.
+        let mut carried = (ratio, place);
+        let wider = gaps.iter().take_while(|gap| gap.0 >= ratio).count();
+        for gap in gaps.iter_mut().skip(wider) {
+            core::mem::swap(gap, &mut carried);
+        }
+        if gaps.len() < options.size_classes.saturating_sub(1) as usize {
+            let pushed = gaps.push(carried).is_ok();
+            debug_assert!(pushed, "at most three gaps are kept");
         }
     }
 

@@ -302,7 +302,7 @@ impl<D: Division> Octants<D> {
             planes,
             links: place + 1 + D::stored(head),
             mask: head & 0xff,
-            pending: 0xff,
+            pending: flipped(head & 0xff, ray.sign_mask()) & reachable(&crossings, span),
             span,
             near_end: crossings.map(|c| c.latest),
             far_start: crossings.map(|c| c.earliest),
@@ -317,7 +317,7 @@ struct Frame {
     /// Where the first link lies.
     links: u32,
     mask: u32,
-    /// Cells not yet looked at, by octant with flipped bits.
+    /// Present cells not yet looked at, by octant with flipped bits.
     pending: u32,
     span: Span,
     /// Where the half entered first ends at the latest, and the other begins at the earliest.
@@ -332,10 +332,6 @@ impl Frame {
         while self.pending != 0 {
             let flipped = self.pending.trailing_zeros();
             self.pending &= self.pending - 1;
-            let octant = flipped ^ sign_mask;
-            if self.mask >> octant & 1 == 0 {
-                continue;
-            }
             let mut span = self.span;
             for axis in 0..3 {
                 if flipped >> axis & 1 == 0 {
@@ -347,7 +343,7 @@ impl Frame {
                 }
             }
             if !span.is_empty() {
-                return Some((octant, span));
+                return Some((flipped ^ sign_mask, span));
             }
         }
         None
@@ -373,6 +369,33 @@ struct Builder<'b, 'g, 'w, D> {
     ids: &'b mut [u32],
     octants: &'b mut [u8],
     division: PhantomData<D>,
+}
+
+/// The halves of each axis, as octants with flipped bits: bit `i` stands for octant `i`.
+const FIRST_HALF: [u32; 3] = [0b0101_0101, 0b0011_0011, 0b0000_1111];
+
+/// The octants both of whose halves on each axis the ray reaches within the span, by flipped bits.
+#[inline]
+fn reachable(crossings: &[AxisCrossing; 3], span: Span) -> u32 {
+    let mut octants = 0xff;
+    for axis in 0..3 {
+        octants &= if crossings[axis].latest < span.from { !FIRST_HALF[axis] } else { 0xff };
+        octants &= if crossings[axis].earliest > span.to { FIRST_HALF[axis] } else { 0xff };
+    }
+    octants
+}
+
+/// A mask of octants, renumbered by flipping the bits of `sign_mask` in their numbers.
+#[inline]
+fn flipped(mask: u32, sign_mask: usize) -> u32 {
+    let mut mask = mask;
+    for (axis, first) in FIRST_HALF.into_iter().enumerate() {
+        if sign_mask >> axis & 1 == 1 {
+            let shift = 1 << axis;
+            mask = (mask & first) << shift | (mask >> shift) & first;
+        }
+    }
+    mask
 }
 
 impl<D: Division> Builder<'_, '_, '_, D> {

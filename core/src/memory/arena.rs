@@ -51,7 +51,8 @@ pub(crate) struct Arena<'a> {
 impl<'a> Arena<'a> {
     /// Takes over bytes that start at a multiple of [`ALIGNMENT`]; `None` if they do not.
     pub fn new(bytes: &'a mut [u8]) -> Option<Self> {
-        (bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) || bytes.is_empty()).then_some(Self { rest: bytes })
+        (bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) || bytes.is_empty())
+            .then_some(Self { rest: bytes })
     }
 
     /// The next `count` elements, with whatever the bytes hold; `None` if too few bytes are left.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use crate::OwnedIndex;
 
-/// Answer the rays of a NumPy file.
+/// Answer the rays of a `NumPy` file.
 ///
 /// RAYS is float32 of shape (N, 6): origin, direction; or (N, 8): and `t_min`, `t_max` (else 0 and +inf).
 /// HITS is a structured array [('triangle','<u4'),('t','<f4'),('u','<f4'),('v','<f4')] in ray order;

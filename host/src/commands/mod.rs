@@ -27,7 +27,7 @@ enum Command {
     Shoot(shoot::Shoot),
     /// Show the clusters of a scene, the cluster tree, levels and memory, with a picture
     Inspect(inspect::Inspect),
-    /// Answer the rays of a NumPy file
+    /// Answer the rays of a `NumPy` file
     Cast(cast::Cast),
 }
 

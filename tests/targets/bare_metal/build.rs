@@ -1,0 +1,9 @@
+//! Hands the linker scripts to the programs that need one.
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=link");
+    println!("cargo::rustc-link-search={}/link", env!("CARGO_MANIFEST_DIR"));
+    println!("cargo::rustc-link-arg-bin=thumb=-Tlink.x"); // of cortex-m-rt; reads memory.x
+    println!("cargo::rustc-link-arg-bin=riscv=-Triscv.x");
+}

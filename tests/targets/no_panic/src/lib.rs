@@ -1,0 +1,266 @@
+//! Proof by linking: no panic is reachable in the core, and nothing allocates.
+//!
+//! The public functions that do work are called from exported ones, errors' messages included, on
+//! values about which the compiler knows nothing. The panic handler calls a function that nobody
+//! defines, so a program made of this library links only if the optimiser has removed every path to
+//! it. No allocator is defined either, and the `alloc` crate is not linked.
+//!
+//! The optimiser has to see that a check cannot fail, so the proof covers this compiler at this
+//! optimisation level, without overflow checks; that the values are right is the other tests' affair.
+//! With the feature `control` one function can panic, and linking must fail: a proof that cannot fail
+//! proves nothing.
+#![no_std]
+// Linked, but called by nobody.
+#![allow(improper_ctypes_definitions)]
+
+use core::fmt::{self, Write};
+use core::panic::PanicInfo;
+use core::slice;
+
+use arboleda::geometry::{RaySpan, kernel, may_overlap};
+use arboleda::{
+    Aabb, AllHits, Block, Counters, Hit, IndexKind, Options, Ray, RayError, RayIndex, Scene,
+    Triangle, Vec3, cluster, intersect,
+};
+
+unsafe extern "C" {
+    /// Defined nowhere.
+    fn a_panic_is_reachable() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    // SAFETY: never linked, so never called.
+    unsafe { a_panic_is_reachable() }
+}
+
+/// Counts the bytes of messages.
+struct Sink(usize);
+
+impl Write for Sink {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0 ^= text.len();
+        Ok(())
+    }
+}
+
+/// The length of an error's message, more or less.
+fn message(error: impl fmt::Display) -> usize {
+    let mut sink = Sink(0);
+    write!(sink, "{error}").map_or(0, |()| sink.0)
+}
+
+/// A slice from outside.
+#[repr(C)]
+pub struct Slice<T> {
+    first: *mut T,
+    count: usize,
+}
+
+impl<T> Slice<T> {
+    /// # Safety
+    /// `count` values lie at `first`, and nobody else uses them during `'a`.
+    unsafe fn get<'a>(self) -> &'a mut [T] {
+        // SAFETY: the caller's promise.
+        unsafe { slice::from_raw_parts_mut(self.first, self.count) }
+    }
+}
+
+/// Numbers that become a ray.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct RayNumbers {
+    origin: Vec3,
+    direction: Vec3,
+    t_min: f32,
+    t_max: f32,
+}
+
+impl RayNumbers {
+    fn ray(self) -> Result<Ray, RayError> {
+        Ray::with_interval(self.origin, self.direction, self.t_min, self.t_max)
+    }
+}
+
+/// Everything that a build takes.
+#[repr(C)]
+pub struct Build {
+    kind: usize,
+    triangles: Slice<Triangle>,
+    objects: Slice<u32>,
+    has_objects: u32,
+    options: Options,
+    arena: Slice<u8>,
+    scratch: Slice<u8>,
+}
+
+fn kind(number: usize) -> Option<IndexKind> {
+    IndexKind::ALL.get(number).copied()
+}
+
+/// The scene of a build.
+///
+/// # Safety
+/// As [`Slice::get`], for both.
+unsafe fn scene<'a>(
+    triangles: Slice<Triangle>,
+    objects: Slice<u32>,
+    has_objects: u32,
+) -> Scene<'a> {
+    // SAFETY: the caller's promise.
+    let (triangles, objects) = unsafe { (triangles.get(), objects.get()) };
+    if has_objects == 0 { Scene::new(triangles) } else { Scene::with_objects(triangles, objects) }
+}
+
+/// Computes the capacity of an index, and builds it. What is returned depends on everything.
+///
+/// # Safety
+/// As [`Slice::get`], for every slice.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_build(input: Build) -> usize {
+    let Some(kind) = kind(input.kind) else {
+        return 0;
+    };
+    let options = input.options;
+    // SAFETY: the caller's promise.
+    let (scene, arena, scratch) = unsafe {
+        let scene = scene(input.triangles, input.objects, input.has_objects);
+        (scene, input.arena.get(), input.scratch.get())
+    };
+    let needed = kind.scratch_capacity(scene.triangles().len(), &options);
+    let capacity = kind.capacity(&scene, &options, scratch);
+    match (capacity, kind.build(&scene, &options, arena, scratch)) {
+        (Ok(capacity), Ok(index)) => index.as_bytes().len() + capacity.index + needed,
+        (Err(error), _) | (_, Err(error)) => message(error),
+    }
+}
+
+/// Finds clusters.
+///
+/// # Safety
+/// As [`Slice::get`], for every slice.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_clusters(input: Build) -> usize {
+    let options = input.options;
+    // SAFETY: the caller's promise.
+    let (scene, scratch) = unsafe {
+        let scene = scene(input.triangles, input.objects, input.has_objects);
+        (scene, input.scratch.get())
+    };
+    let clusters = match cluster::find(&scene, &options, scratch) {
+        Ok(clusters) => clusters,
+        Err(error) => return message(error),
+    };
+    let members: usize = clusters.iter().map(<[u32]>::len).sum();
+    let classes = clusters.classes().iter().fold(0, |sum, class| sum ^ class);
+    let needed = cluster::scratch_capacity(members);
+    needed + clusters.count() + (classes ^ clusters.class_count()) as usize
+}
+
+/// Validates an image and counts what is in it.
+///
+/// # Safety
+/// As [`Slice::get`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>) -> u64 {
+    // SAFETY: the caller's promise.
+    let bytes = unsafe { image.get() };
+    let index = match kind(number).map(|kind| kind.from_bytes(bytes)) {
+        Some(Ok(index)) => index,
+        Some(Err(error)) => return message(error) as u64,
+        None => return 0,
+    };
+    let image = index.image();
+    let nodes = image.nodes().iter().map(|leaf| image.local_words(leaf).len() as u64);
+    let statistics = index.check().unwrap_or_default();
+    nodes.sum::<u64>()
+        + u64::from(image.cluster_count())
+        + u64::from(index.kind().is_clustered())
+        + index.kind().name().len() as u64
+        + index.triangles().len() as u64
+        + statistics.joined(statistics).references
+}
+
+/// Asks everything about one ray, of an image as it comes from outside. Writes the closest hit.
+///
+/// # Safety
+/// As [`Slice::get`], for every slice; `closest` and `counters` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_queries(
+    number: usize,
+    image: Slice<u8>,
+    ray: RayNumbers,
+    hits: Slice<Hit>,
+    closest: &mut Hit,
+    counters: &mut Counters,
+) -> usize {
+    // SAFETY: the caller's promise.
+    let (image, hits) = unsafe { (image.get(), hits.get()) };
+    let (Some(Ok(index)), Ok(ray)) = (kind(number).map(|kind| kind.from_bytes(image)), ray.ray())
+    else {
+        return 0;
+    };
+    let plain = index.closest_hit(&ray);
+    let counted = index.closest_hit_counted(&ray, counters);
+    *closest = plain.or(counted).unwrap_or(Hit::NONE);
+    let occluded = index.occluded(&ray) || index.occluded_counted(&ray, counters);
+    let AllHits { hits, truncated } = index.all_hits(&ray, hits);
+    hits.len() + usize::from(occluded) + usize::from(truncated)
+}
+
+/// Intersects one ray with one triangle.
+///
+/// # Safety
+/// As the language's.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_intersect(ray: RayNumbers, triangle: &Triangle) -> f32 {
+    let ray = match ray.ray() {
+        Ok(ray) => ray,
+        Err(error) => return message(error) as f32,
+    };
+    // Called directly too: for a miss, `barycentric` has no meaning but an end.
+    let (u, v) = kernel::barycentric(&ray, triangle);
+    intersect(&ray, triangle).map_or(u + v, |hit| hit.t + hit.u + hit.v)
+}
+
+/// The rest of the geometry.
+///
+/// # Safety
+/// As [`Slice::get`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_geometry(
+    ray: RayNumbers,
+    triangle: &Triangle,
+    bounds: &Aabb,
+    axis: usize,
+    blocks: Slice<Block>,
+) -> f64 {
+    let Ok(ray) = ray.ray() else {
+        return 0.0;
+    };
+    let along = RaySpan::new(&ray);
+    let span = along.clip(bounds, along.whole());
+    let span = along.between(axis, span.from, span.to, span);
+    let crossing = along.crossing(axis, f64::from(ray.at(1.0).x));
+    let own = triangle.bounds();
+    let near = own.gap_squared(bounds) + own.diagonal_squared() + f64::from(own.centre().x);
+    let wide = |corner: Vec3| corner.to_array().map(f64::from);
+    let overlap = may_overlap(triangle, wide(bounds.lo), wide(bounds.hi));
+    let inside = bounds.contains(&own.with_point(triangle.at(0.25, 0.25) + triangle.normal()));
+    // SAFETY: the caller's promise.
+    let bytes = Block::bytes(unsafe { blocks.get() }).len() + Block::count(axis);
+    let flags = f64::from(u8::from(overlap) + u8::from(inside));
+    span.from + crossing.earliest + crossing.latest + near + flags + bytes as f64
+}
+
+/// One place of a slice, which may not be there.
+///
+/// # Safety
+/// As [`Slice::get`].
+#[cfg(feature = "control")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_control(places: Slice<u8>, place: usize) -> u8 {
+    // SAFETY: the caller's promise.
+    let places = unsafe { places.get() };
+    places[place]
+}
