@@ -16,6 +16,7 @@
     clippy::float_cmp
 )]
 
+pub mod bench;
 pub mod commands;
 mod owned_index;
 pub mod photon;
@@ -23,3 +24,8 @@ pub mod report;
 pub mod scene;
 
 pub use owned_index::{OwnedIndex, kind_by_name, kind_names};
+
+/// The code of the project's front page, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct FrontPage;
