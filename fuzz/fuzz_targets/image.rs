@@ -1,0 +1,67 @@
+//! Bytes that nobody built.
+//!
+//! Workload: a small valid image of any kind, some of whose bytes or words are replaced, or whose
+//! local index is replaced altogether. (Raw bytes alone would seldom get past the header.)
+//! Constraints: none on the bytes; whatever `from_bytes` accepts must be safe to query, with no more
+//! work than the image is long.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use arbitrary::Arbitrary;
+use arboleda::{IndexKind, Options, Ray, Scene, Triangle};
+use arboleda_tests::build::Built;
+use arboleda_tests::hostile::{is_harmless, small_options, with_words};
+use arboleda_tests::{rays, scenes};
+use libfuzzer_sys::fuzz_target;
+
+#[derive(Arbitrary, Debug)]
+struct Damage {
+    kind: u8,
+    /// Replaces the local index of an image of one cluster.
+    words: Option<Vec<u16>>,
+    /// Word and value; the highest bit of the value becomes that of the word.
+    replaced: Vec<(u16, u16)>,
+    bytes: Vec<(u16, u8)>,
+    length: Option<u16>,
+}
+
+static TRIANGLES: LazyLock<Vec<Triangle>> = LazyLock::new(|| {
+    [
+        scenes::lattice(12, 2, 3),
+        scenes::moved(&scenes::lattice(6, 2, 4), 1.0, arboleda::Vec3::splat(300.0)),
+    ]
+    .concat()
+});
+static RAYS: LazyLock<Vec<Ray>> = LazyLock::new(|| rays::around(&TRIANGLES, 6, 1));
+
+/// A value whose highest bit is that of the 16: leaf marks are in reach.
+fn widened(value: u16) -> u32 {
+    u32::from(value & 0x7fff) | u32::from(value >> 15) << 31
+}
+
+fuzz_target!(|damage: Damage| {
+    let kind = IndexKind::ALL[usize::from(damage.kind) % IndexKind::ALL.len()];
+    let one_cluster = Options { proximity: 1e6, size_classes: 1, ..small_options() };
+    let options = if damage.words.is_some() { one_cluster } else { small_options() };
+    let valid = Built::new(kind, &Scene::new(&TRIANGLES), &options).expect("an ordinary scene");
+    let mut image = match &damage.words {
+        Some(words) => {
+            let words: Vec<u32> = words.iter().copied().map(widened).collect();
+            with_words(&valid, &words)
+        }
+        None => valid,
+    };
+    let length = image.bytes().len();
+    for &(place, value) in &damage.replaced {
+        let at = usize::from(place) % (length / 4) * 4;
+        image.bytes_mut()[at..at + 4].copy_from_slice(&widened(value).to_ne_bytes());
+    }
+    for &(place, value) in &damage.bytes {
+        image.bytes_mut()[usize::from(place) % length] = value;
+    }
+    if let Some(cut) = damage.length {
+        image = Built::copied(kind, &image.bytes()[..usize::from(cut) % (length + 1)]);
+    }
+    is_harmless(&image, &RAYS);
+});

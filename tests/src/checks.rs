@@ -1,0 +1,88 @@
+//! Every index against every triangle, bit for bit.
+
+use arboleda::{
+    AllHits, Counters, Hit, IndexKind, Options, Ray, RayIndex, Scene, Triangle, TriangleId,
+    intersect,
+};
+
+use crate::build::{Built, build_exactly};
+
+/// Builds every kind of index, in exactly enough memory, and compares its answers with tests of all
+/// triangles: what `build` returns and what `from_bytes` makes of its bytes.
+///
+/// # Panics
+/// Where an answer differs by a bit, a size is not exact, or a build is refused.
+pub fn every_index_equals_linear(triangles: &[Triangle], rays: &[Ray], options: &Options) {
+    let scene = Scene::new(triangles);
+    let expected: Vec<Vec<Hit>> = rays.iter().map(|ray| all_hits(triangles, ray)).collect();
+    for &kind in IndexKind::ALL {
+        let built = match build_exactly(kind, &scene, options) {
+            Ok(built) => built,
+            Err(error) => panic!("{} is not built: {error}", kind.name()),
+        };
+        let copy = Built::copied(kind, built.bytes());
+        let (built, copied) = (built.index(), copy.index());
+        assert_eq!(built.check(), copied.check());
+        for (ray, expected) in rays.iter().zip(&expected) {
+            answers_equal(&built, ray, expected);
+            answers_equal(&copied, ray, expected);
+            assert_eq!(counts(&built, ray), counts(&copied, ray), "{} {ray:?}", kind.name());
+        }
+    }
+}
+
+/// All hits of a ray by `(t, id)`, from testing every triangle.
+pub fn all_hits(triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
+    let hit = |(id, triangle): (u32, &Triangle)| {
+        let at = intersect(ray, triangle)?;
+        Some(Hit { triangle: TriangleId(id), t: at.t, u: at.u, v: at.v })
+    };
+    let mut hits: Vec<Hit> = (0..).zip(triangles).filter_map(hit).collect();
+    // Stable, so ties stay in the order of their ids.
+    hits.sort_by(|a, b| a.t.total_cmp(&b.t));
+    hits
+}
+
+/// A hit as bits: `==` would let -0.0 pass for 0.0.
+pub fn bits(hit: &Hit) -> [u32; 4] {
+    [hit.triangle.0, hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits()]
+}
+
+/// Asks an index all three questions about a ray and compares with all its hits.
+///
+/// # Panics
+/// Where an answer differs by a bit.
+pub fn answers_equal(index: &dyn RayIndex, ray: &Ray, expected: &[Hit]) {
+    let about = || format!("image of {} bytes, {ray:?}", index.as_bytes().len());
+    let closest = index.closest_hit(ray);
+    assert_eq!(closest.as_ref().map(bits), expected.first().map(bits), "closest: {}", about());
+    assert_eq!(index.occluded(ray), !expected.is_empty(), "occluded: {}", about());
+
+    // Buffers without room, with too little, exactly enough and too much.
+    let count = expected.len();
+    for room in [0, 1, 2, count / 2, count.saturating_sub(1), count, count + 3] {
+        let mut buffer = vec![Hit::NONE; room];
+        let AllHits { hits, truncated } = index.all_hits(ray, &mut buffer);
+        let expected = &expected[..room.min(count)];
+        assert!(
+            hits.iter().map(bits).eq(expected.iter().map(bits)),
+            "all hits in {room}: {}\n found {hits:?}\n exact {expected:?}",
+            about()
+        );
+        assert_eq!(truncated, count > room, "truncated, {room} of {count}: {}", about());
+    }
+
+    // Counting changes nothing, and whoever finds a hit has tested a triangle.
+    let (counters, counted) = counts(index, ray);
+    assert_eq!(counted.as_ref().map(bits), closest.as_ref().map(bits), "counted: {}", about());
+    assert!(counted.is_none() || counters[0].triangle_tests > 0, "{}", about());
+    assert!(counters[0].triangle_tests >= u64::from(count > 0), "{}", about());
+}
+
+fn counts(index: &dyn RayIndex, ray: &Ray) -> ([Counters; 2], Option<Hit>) {
+    let mut counters = [Counters::default(); 2];
+    let hit = index.closest_hit_counted(ray, &mut counters[0]);
+    let occluded = index.occluded_counted(ray, &mut counters[1]);
+    assert_eq!(occluded, hit.is_some());
+    (counters, hit)
+}

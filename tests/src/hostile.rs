@@ -1,0 +1,76 @@
+//! Bytes that nobody built.
+//!
+//! `from_bytes` may refuse them. If it does not, every query must end, stay inside, and do no more
+//! work than there are words in the image.
+
+use arboleda::{Counters, Hit, IndexKind, Options, Ray, RayIndex};
+
+use crate::build::Built;
+
+/// Reads bytes as an image of every kind and asks what is accepted about some rays. Returns how many
+/// kinds accepted them.
+///
+/// # Panics
+/// If something panics or does more work than the length of the image allows.
+pub fn is_harmless(bytes: &Built, rays: &[Ray]) -> usize {
+    let bytes = bytes.bytes();
+    // Each node and each reference takes a word at least; nodes of the cluster tree take nine.
+    let most = bytes.len() as u64 / 4;
+    let mut accepted = 0;
+    for &kind in IndexKind::ALL {
+        let Ok(index) = kind.from_bytes(bytes) else {
+            continue;
+        };
+        accepted += 1;
+        assert!(index.check().is_ok(), "{} accepts what it finds malformed", kind.name());
+        for ray in rays {
+            let mut counters = Counters::default();
+            index.closest_hit_counted(ray, &mut counters);
+            assert_bounded(kind, &counters, most);
+            let mut counters = Counters::default();
+            index.occluded_counted(ray, &mut counters);
+            assert_bounded(kind, &counters, most);
+            let mut buffer = [Hit::NONE; 3];
+            let all = index.all_hits(ray, &mut buffer);
+            assert!(all.hits.is_sorted_by_key(|hit| (hit.t, hit.triangle)));
+        }
+    }
+    accepted
+}
+
+fn assert_bounded(kind: IndexKind, counters: &Counters, most: u64) {
+    let name = kind.name();
+    assert!(counters.nodes_visited <= most, "{name}: {counters:?} in {most} words");
+    assert!(counters.triangle_tests <= most, "{name}: {counters:?} in {most} words");
+}
+
+/// An image put together by hand: `words` as the local index of one cluster over the whole scene of a
+/// valid image.
+///
+/// # Panics
+/// If `valid` is not an image of one cluster.
+pub fn with_words(valid: &Built, words: &[u32]) -> Built {
+    let index = valid.index();
+    let image = index.image();
+    assert_eq!(image.cluster_count(), 1, "the forger knows one cluster only");
+    let word_count = image.local_words(&image.nodes()[0]).len();
+    let words_start = valid.bytes().len() - 4 * word_count;
+    let node_start = offset_in(valid.bytes(), image.nodes());
+    let mut bytes = valid.bytes()[..words_start].to_vec();
+    // The header counts words in its seventh field; a leaf's second link counts its own.
+    let length = (words.len() as u32).to_ne_bytes();
+    bytes[24..28].copy_from_slice(&length);
+    bytes[node_start + 28..node_start + 32].copy_from_slice(&length);
+    bytes.extend_from_slice(bytemuck::cast_slice(words));
+    Built::copied(valid.kind(), &bytes)
+}
+
+/// Where a part of an image begins.
+pub fn offset_in<T>(bytes: &[u8], part: &[T]) -> usize {
+    part.as_ptr().addr() - bytes.as_ptr().addr()
+}
+
+/// Options under which images are small and still have all parts.
+pub fn small_options() -> Options {
+    Options { leaf_capacity: 2, ..Options::default() }
+}

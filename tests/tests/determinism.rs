@@ -1,0 +1,88 @@
+//! The same bytes and the same answers everywhere.
+//!
+//! A fixed scene is built as every kind of index, and the images and the answers are digested. The
+//! golden values below were computed on x86_64; another target, another optimisation level or another
+//! instruction set must reproduce them. Images change when an index's format or its build does; answers
+//! never, and they are the same for every kind.
+
+use arboleda::{Hit, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3};
+use arboleda_tests::build::Built;
+use arboleda_tests::digest::Digest;
+use arboleda_tests::{rays, scenes};
+
+/// Of the answers of every kind.
+const ANSWERS: u64 = 0x26c5_5cfd_5d28_b3f9;
+
+/// Of the image of each kind, by name.
+const IMAGES: &[(&str, u64)] = &[
+    ("linear", 0xfff0_5021_2d98_9325),
+    ("octree", 0x96a9_f9e1_4125_fcb2),
+    ("octree-hierarchy", 0x937a_5730_3757_587f),
+    ("octree-r", 0xb532_d1a8_b2f1_15f9),
+    ("octree-r-hierarchy", 0x5446_8ff3_6bbf_6c71),
+    ("uniform-grid", 0x74bb_0297_fd9b_5111),
+    ("grid-hierarchy", 0xa155_2fb8_50e2_e4f9),
+    ("kd-tree", 0x6a39_6bdc_836e_0a80),
+    ("kd-tree-hierarchy", 0x30b4_b060_6b01_b4ff),
+    ("bsp-tree", 0x8da2_a343_cdc7_0ec3),
+    ("bsp-tree-hierarchy", 0x1bdd_338c_7571_fe7e),
+    ("bvh", 0x12cc_27f2_0d71_055c),
+    ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
+];
+
+/// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
+/// only, which round alike everywhere.
+fn scene() -> Vec<Triangle> {
+    let mut triangles = scenes::lattice(300, 5, 1);
+    triangles.extend(scenes::moved(&scenes::soup(500, 2), 10.0, Vec3::new(100.0, -3.0, 0.1)));
+    triangles.extend(scenes::moved(&scenes::icosphere(2), 0.37, Vec3::new(-40.0, 7.0, 1e-3)));
+    triangles.extend(scenes::flat(6, 1));
+    triangles
+}
+
+fn hard_rays(triangles: &[Triangle]) -> Vec<Ray> {
+    rays::around(triangles, 600, 4)
+}
+
+#[test]
+fn images_are_the_golden_ones() {
+    let triangles = scene();
+    let mut wrong = Vec::new();
+    for &kind in IndexKind::ALL {
+        let built = Built::new(kind, &Scene::new(&triangles), &Options::default());
+        let mut digest = Digest::default();
+        digest.image(built.expect("an ordinary scene").bytes());
+        let golden = IMAGES.iter().find(|(name, _)| *name == kind.name());
+        if golden.map(|golden| golden.1) != Some(digest.0) {
+            wrong.push(format!("    (\"{}\", {:#018x}),", kind.name(), digest.0));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "images changed or are new; if that was meant, the lines are\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn answers_are_the_golden_ones() {
+    let triangles = scene();
+    let rays = hard_rays(&triangles);
+    for &kind in IndexKind::ALL {
+        let built = Built::new(kind, &Scene::new(&triangles), &Options::default());
+        let built = built.expect("an ordinary scene");
+        let index = built.index();
+        let mut digest = Digest::default();
+        let mut hits = 0;
+        for ray in &rays {
+            let closest = index.closest_hit(ray);
+            hits += usize::from(closest.is_some());
+            digest.closest(closest);
+            digest.word(u32::from(index.occluded(ray)));
+            let mut buffer = [Hit::NONE; 4];
+            digest.all(&index.all_hits(ray, &mut buffer));
+        }
+        assert!(hits * 4 > rays.len() && hits * 4 < 3 * rays.len(), "{hits} hits show little");
+        assert_eq!(digest.0, ANSWERS, "{}: {:#018x}", kind.name(), digest.0);
+    }
+}

@@ -1,0 +1,273 @@
+//! Images that nobody built: cut short, damaged, or forged.
+//!
+//! `from_bytes` must not panic, and what it accepts must be safe to query. See
+//! `arboleda_tests::hostile` for what "safe" means.
+
+use arboleda::{ImageError, IndexKind, Level, Options, Ray, Scene, Vec3};
+use arboleda_tests::build::Built;
+use arboleda_tests::hostile::{is_harmless, offset_in, small_options, with_words};
+use arboleda_tests::random::Random;
+use arboleda_tests::{parallel, rays, scenes};
+
+const DEBUG: bool = cfg!(debug_assertions);
+
+/// A small image of every kind, with several clusters where the kind has any.
+fn images() -> Vec<Built> {
+    let near = scenes::lattice(14, 2, 3);
+    let far = scenes::moved(&scenes::lattice(10, 2, 4), 1.0, Vec3::splat(300.0));
+    let triangles = [near, far].concat();
+    let built = IndexKind::ALL.iter().map(|&kind| {
+        Built::new(kind, &Scene::new(&triangles), &small_options()).expect("an ordinary scene")
+    });
+    built.collect()
+}
+
+/// Few, since each is asked of every damaged image.
+fn some_rays(image: &Built) -> Vec<Ray> {
+    use arboleda::RayIndex;
+    rays::around(image.index().triangles(), 6, 1)
+}
+
+#[test]
+fn every_truncation_is_refused() {
+    for image in images() {
+        let bytes = image.bytes();
+        for length in 0..bytes.len() {
+            let cut = Built::copied(image.kind(), &bytes[..length]);
+            let error = image.kind().from_bytes(cut.bytes()).err();
+            assert_eq!(error, Some(ImageError::Truncated), "{length} of {} bytes", bytes.len());
+        }
+        // What comes after an image is not part of it.
+        let longer = Built::copied(image.kind(), &[bytes, &[0xff; 100]].concat());
+        let index = longer.index();
+        assert_eq!(arboleda::RayIndex::as_bytes(&index), bytes);
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_harmless() {
+    for image in images() {
+        let rays = some_rays(&image);
+        let bits = image.bytes().len() * 8;
+        let accepted = parallel::map(bits.div_ceil(64), |job| {
+            let mut damaged = Built::copied(image.kind(), image.bytes());
+            let mut accepted = 0;
+            for bit in (job * 64..bits).take(64) {
+                damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
+                accepted += is_harmless(&damaged, &rays);
+                damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
+            }
+            accepted
+        });
+        // A coordinate may be any other; a header may not.
+        let accepted: usize = accepted.iter().sum();
+        assert!(accepted > 0 && accepted < bits, "{} {accepted} of {bits}", image.kind().name());
+    }
+}
+
+/// Several words replaced by others that look like they belong there.
+#[test]
+fn replaced_words_are_harmless() {
+    let rounds = if DEBUG { 2_000 } else { 40_000 };
+    for image in images() {
+        let rays = some_rays(&image);
+        let word_count = image.bytes().len() / 4;
+        parallel::map(rounds / 1_000, |job| {
+            let mut random = Random::new(job as u64);
+            for _ in 0..1_000 {
+                let mut damaged = Built::copied(image.kind(), image.bytes());
+                for _ in 0..random.whole(1, 4) {
+                    // Spare the magic number and the version, else little else would be reached.
+                    let to = 4 * (3 + random.below(word_count - 3));
+                    let from = 4 * random.below(word_count);
+                    let mut word = [0; 4];
+                    word.copy_from_slice(&image.bytes()[from..from + 4]);
+                    let near =
+                        i32::from_ne_bytes(word).wrapping_add(random.whole(-2, 2)).to_ne_bytes();
+                    let small = random.below(40).to_ne_bytes();
+                    let word = random.pick(&[
+                        word,
+                        near,
+                        [small[0], small[1], small[2], small[3]],
+                        u32::MAX.to_ne_bytes(),
+                        (1_u32 << 31 | random.clone().below(40) as u32).to_ne_bytes(),
+                    ]);
+                    damaged.bytes_mut()[to..to + 4].copy_from_slice(&word);
+                }
+                is_harmless(&damaged, &rays);
+            }
+        });
+    }
+}
+
+#[test]
+fn random_words_below_a_valid_header_are_harmless() {
+    let triangles = scenes::lattice(9, 2, 5);
+    for &kind in IndexKind::ALL {
+        let valid = Built::new(kind, &Scene::new(&triangles), &one_cluster()).expect("one cluster");
+        let rays = some_rays(&valid);
+        let mut random = Random::new(9);
+        let mut accepted = 0;
+        for _ in 0..if DEBUG { 2_000 } else { 20_000 } {
+            let length = random.below(24);
+            let word = |random: &mut Random| {
+                let small = random.below(12) as u32;
+                random.pick(&[small, small, small | 1 << 31, u32::MAX, 0xff])
+            };
+            let words: Vec<u32> = (0..length).map(|_| word(&mut random)).collect();
+            accepted += is_harmless(&with_words(&valid, &words), &rays);
+        }
+        println!("{}: {accepted} random images accepted", kind.name());
+    }
+}
+
+fn one_cluster() -> Options {
+    Options { proximity: 1e6, size_classes: 1, ..Options::default() }
+}
+
+/// The octree's format, forged: see the head of `indices/octree.rs` in the core.
+#[test]
+fn forged_octrees_are_refused() {
+    const LEAF: u32 = 1 << 31;
+    let triangles = scenes::lattice(9, 2, 5);
+    let refused = |what: &str, words: &[u32]| {
+        for kind in [IndexKind::Octree, IndexKind::OctreeHierarchy] {
+            let valid =
+                Built::new(kind, &Scene::new(&triangles), &one_cluster()).expect("one cluster");
+            let forged = with_words(&valid, words);
+            let error = kind.from_bytes(forged.bytes()).err();
+            assert!(matches!(error, Some(ImageError::Malformed { .. })), "{what}: {error:?}");
+        }
+    };
+    refused("nothing", &[]);
+    refused("a root that is its own child", &[1, 0b1, 1]);
+    refused("a child that is the root's link", &[1, 0b1, 0]);
+    refused("two children that are one", &[1, 0b11, LEAF | 4, LEAF | 4, 1, 0]);
+    refused("a link past the end", &[1, 0b1, LEAF | 99]);
+    refused("a node without children", &[1, 0]);
+    refused("nine children", &[1, 0x1ff, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
+    refused("a leaf without triangles", &[LEAF | 1, 0]);
+    refused("a leaf that is longer than the image", &[LEAF | 1, 3, 0, 1]);
+    refused("the longest leaf", &[LEAF | 1, u32::MAX, 0]);
+    refused("a triangle that does not exist", &[LEAF | 1, 1, 9]);
+    refused("words left over", &[LEAF | 1, 1, 0, 0]);
+}
+
+/// A chain of cells, one in the other, as deep as told.
+fn chain(depth: u32) -> Vec<u32> {
+    let mut words = vec![1];
+    for level in 0..depth {
+        let child = 3 + 2 * level;
+        let leaf = if level + 1 == depth { 1 << 31 } else { 0 };
+        words.extend([1, child | leaf]);
+    }
+    if depth == 0 {
+        words[0] |= 1 << 31;
+    }
+    words.extend([1, 0]);
+    words
+}
+
+#[test]
+fn an_octree_deeper_than_the_walk_is_refused() {
+    let triangles = scenes::lattice(9, 2, 5);
+    for kind in [IndexKind::Octree, IndexKind::OctreeHierarchy] {
+        let valid = Built::new(kind, &Scene::new(&triangles), &one_cluster()).expect("one cluster");
+        let rays = some_rays(&valid);
+        for depth in 0..200 {
+            let forged = with_words(&valid, &chain(depth));
+            let accepted = is_harmless(&forged, &rays) > 0;
+            // As deep as the deepest level that can be built must do; much deeper must not.
+            assert!(accepted || depth > 20, "a chain of {depth} is refused");
+            assert!(!accepted || depth < 30, "a chain of {depth} is accepted");
+        }
+    }
+}
+
+/// The cluster tree's links, rewired in every way that two changes allow.
+#[test]
+fn rewired_cluster_trees_are_harmless() {
+    let place = |i: u8| Vec3::X * (100.0 * f32::from(i * i));
+    let boxes = (0..6).flat_map(|i| scenes::cuboid(place(i), place(i) + Vec3::ONE));
+    let triangles: Vec<_> = boxes.collect();
+    for &kind in IndexKind::ALL.iter().filter(|kind| kind.is_clustered()) {
+        let built = Built::new(kind, &Scene::new(&triangles), &Options::default());
+        let built = built.expect("an ordinary scene");
+        let index = built.index();
+        let nodes = index.image().nodes();
+        assert_eq!(nodes.len(), 11, "six clusters");
+        let start = offset_in(built.bytes(), nodes);
+        let rays = some_rays(&built);
+        // Three words a node: two links and the parent.
+        let places: Vec<usize> = (0..33).map(|i| start + i / 3 * 36 + 24 + i % 3 * 4).collect();
+        let values: Vec<u32> = (0..12).chain([u32::MAX, 1 << 31]).collect();
+        let changes: Vec<(usize, u32)> = places
+            .iter()
+            .flat_map(|&place| values.iter().map(move |&value| (place, value)))
+            .collect();
+        parallel::map(changes.len(), |first| {
+            let stride = if DEBUG { 37 } else { 5 };
+            for second in (first..changes.len()).step_by(stride) {
+                let mut damaged = Built::copied(kind, built.bytes());
+                for (place, value) in [changes[first], changes[second]] {
+                    damaged.bytes_mut()[place..place + 4].copy_from_slice(&value.to_ne_bytes());
+                }
+                is_harmless(&damaged, &rays);
+            }
+        });
+    }
+}
+
+#[test]
+fn misaligned_memory_is_an_error() {
+    let triangles = scenes::soup(30, 1);
+    let scene = Scene::new(&triangles);
+    let options = Options { level: Level::AtMost(2), ..Options::default() };
+    for &kind in IndexKind::ALL {
+        let built = Built::new(kind, &scene, &options).expect("an ordinary scene");
+        let length = built.bytes().len();
+        let scratch_length = kind.scratch_capacity(30, &options);
+        let mut longer = Built::copied(kind, &vec![0; length + 64]);
+        let mut scratch = Built::copied(kind, &vec![0; scratch_length + 64]);
+        for shift in 1..64 {
+            longer.bytes_mut()[shift..shift + length].copy_from_slice(built.bytes());
+            let error = kind.from_bytes(&longer.bytes()[shift..]).err();
+            assert_eq!(error, Some(ImageError::Misaligned), "{} at {shift}", kind.name());
+            for (arena_at, scratch_at) in [(shift, 0), (0, shift)] {
+                let arena = &mut longer.bytes_mut()[arena_at..];
+                let scratch = &mut scratch.bytes_mut()[scratch_at..];
+                let error = kind.build(&scene, &options, arena, scratch).err();
+                assert_eq!(error, Some(arboleda::BuildError::Misaligned), "{}", kind.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn an_image_of_another_kind_order_or_version_is_told_apart() {
+    for image in images() {
+        for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != image.kind()) {
+            let error = kind.from_bytes(image.bytes()).err();
+            assert!(matches!(error, Some(ImageError::OtherKind { .. })), "{error:?}");
+        }
+        let damaged = |change: fn(&mut [u8])| {
+            let mut copy = Built::copied(image.kind(), image.bytes());
+            change(copy.bytes_mut());
+            image.kind().from_bytes(copy.bytes()).err()
+        };
+        assert_eq!(damaged(|bytes| bytes[0] ^= 1), Some(ImageError::NotAnImage));
+        let swapped = damaged(|bytes| {
+            bytes[..4].reverse();
+            bytes[4..8].reverse();
+        });
+        assert_eq!(swapped, Some(ImageError::OtherByteOrder));
+        let version = damaged(|bytes| bytes[8..12].copy_from_slice(&77_u32.to_ne_bytes()));
+        assert_eq!(version, Some(ImageError::OtherVersion { found: 77 }));
+        // Counts that would make the sections end beyond any memory.
+        for field in 4..7 {
+            let mut copy = Built::copied(image.kind(), image.bytes());
+            copy.bytes_mut()[4 * field..4 * field + 4].fill(0xff);
+            assert!(image.kind().from_bytes(copy.bytes()).is_err());
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! The exact kernel against exact integers, on pairs chosen to be hard.
+//!
+//! A million pairs in release, 26,000 in debug; every bit of `t`, `u` and `v` must agree. Each family
+//! must yield hits and misses enough, so that neither answer can be right by default.
+
+use arboleda::geometry::kernel::Intersection;
+use arboleda::{Ray, Triangle, Vec3, intersect};
+use arboleda_tests::pairs::Family;
+use arboleda_tests::random::Random;
+use arboleda_tests::{oracle, parallel};
+
+const PAIRS_PER_FAMILY: usize = if cfg!(debug_assertions) { 2_000 } else { 80_000 };
+const CHUNK: usize = 1_000;
+
+/// The least share of hits, and of misses, of a family: one in twenty.
+const LEAST_SHARE: usize = 20;
+
+fn bits(hit: Option<Intersection>) -> Option<[u32; 3]> {
+    hit.map(|hit| [hit.t, hit.u, hit.v].map(f32::to_bits))
+}
+
+struct Outcome {
+    family: Family,
+    hits: usize,
+    wrong: Vec<String>,
+}
+
+fn run(job: usize) -> Outcome {
+    let family = Family::ALL[job % Family::ALL.len()];
+    let mut random = Random::new(job as u64);
+    let mut outcome = Outcome { family, hits: 0, wrong: Vec::new() };
+    for _ in 0..CHUNK {
+        let (ray, triangle) = family.pair(&mut random);
+        let expected = oracle::hit::intersect(&ray, &triangle);
+        let found = intersect(&ray, &triangle);
+        outcome.hits += usize::from(expected.is_some());
+        if bits(found) != bits(expected) {
+            outcome.wrong.push(format!(
+                "{family:?}: {ray:?} {triangle:?}\n  exact {expected:?}\n  found {found:?}"
+            ));
+        }
+    }
+    outcome
+}
+
+#[test]
+fn every_hard_pair_is_decided_and_rounded_exactly() {
+    let jobs = Family::ALL.len() * PAIRS_PER_FAMILY.div_ceil(CHUNK);
+    let outcomes = parallel::map(jobs, run);
+    let mut poor = Vec::new();
+    for family in Family::ALL {
+        let of_family = || outcomes.iter().filter(|outcome| outcome.family == family);
+        let pairs = of_family().count() * CHUNK;
+        let hits: usize = of_family().map(|outcome| outcome.hits).sum();
+        let wrong: usize = of_family().map(|outcome| outcome.wrong.len()).sum();
+        println!("{family:?}: {pairs} pairs, {hits} hits, {wrong} wrong");
+        if hits * LEAST_SHARE < pairs || (pairs - hits) * LEAST_SHARE < pairs {
+            poor.push(family);
+        }
+    }
+    let wrong: Vec<&String> = outcomes.iter().flat_map(|outcome| &outcome.wrong).collect();
+    let shown: Vec<&str> = wrong.iter().take(5).map(|text| text.as_str()).collect();
+    assert!(wrong.is_empty(), "{} wrong, the first:\n{}", wrong.len(), shown.join("\n"));
+    assert!(poor.is_empty(), "{poor:?} yield too few hits or misses to prove anything");
+}
+
+/// `1 - u` is no double where `u` is below 2^-53; a weight of 1 beside it must still be lowered.
+#[test]
+fn weights_near_a_corner_do_not_sum_to_more_than_one() {
+    for tiny in [f32::from_bits(1), 1e-40, 1e-30, 8.673_617_4e-19, 1e-9] {
+        let triangle = Triangle::new(Vec3::Y, Vec3::X, Vec3::ZERO);
+        let ray = Ray::new(Vec3::new(tiny, 0.0, -1.0), Vec3::Z).expect("a valid ray");
+        let hit = intersect(&ray, &triangle).expect("on an edge");
+        assert_eq!(hit.u, tiny);
+        assert!(oracle::hit::weights_fit(hit.u, hit.v), "u {} v {}", hit.u, hit.v);
+    }
+}
+
+/// Neither order of the corners nor the sign of the direction changes whether a line hits.
+#[test]
+fn a_hit_does_not_depend_on_the_order_of_corners() {
+    let mut random = Random::new(7);
+    for round in 0..PAIRS_PER_FAMILY {
+        let family = Family::ALL[round % Family::ALL.len()];
+        let (ray, Triangle { a, b, c }) = family.pair(&mut random);
+        let t = |triangle| intersect(&ray, &triangle).map(|hit| hit.t.to_bits());
+        let first = t(Triangle::new(a, b, c));
+        for other in [Triangle::new(b, c, a), Triangle::new(c, b, a)] {
+            assert_eq!(t(other), first, "{ray:?} {other:?}");
+        }
+    }
+}
