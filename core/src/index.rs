@@ -12,7 +12,7 @@ use crate::geometry::{Ray, RaySpan};
 use crate::indices::{Group, Local, LocalIndex, Statistics, walk};
 use crate::memory::{Arena, ClusterNode, Image, Layout, NodeId, Words, encode_header, padded};
 use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
-use crate::{BuildError, ImageError, Options, Scene, Triangle};
+use crate::{BuildError, ImageError, Options, Scene, Triangle, Vectors};
 
 /// Answers ray queries. Every index over the same triangles gives the same bits.
 pub trait RayIndex {
@@ -65,6 +65,7 @@ pub trait Representation: 'static {
 /// An index in an arena.
 pub struct Index<'a, R> {
     image: Image<'a>,
+    vectors: Vectors,
     representation: PhantomData<R>,
 }
 
@@ -182,7 +183,7 @@ impl<'a, R: Representation> Index<'a, R> {
         let (triangle_count, word_count) = (triangles.len() as u32, words.len() as u32);
         encode_header(header, R::KIND, triangle_count, clusters.count() as u32, word_count);
         let image = Image::view(arena).map_err(|_| BuildError::ArenaFull { needed, given })?;
-        Ok(Self { image, representation: PhantomData })
+        Ok(Self { image, vectors: Vectors::detect(), representation: PhantomData })
     }
 
     /// Takes over bytes that [`RayIndex::as_bytes`] gave, in place.
@@ -198,7 +199,7 @@ impl<'a, R: Representation> Index<'a, R> {
         if image.kind() != R::KIND {
             return Err(ImageError::OtherKind { expected: R::KIND, found: image.kind() });
         }
-        let index = Self { image, representation: PhantomData };
+        let index = Self { image, vectors: Vectors::detect(), representation: PhantomData };
         index.check()?;
         Ok(index)
     }
@@ -219,6 +220,13 @@ impl<'a, R: Representation> Index<'a, R> {
         Ok(sum)
     }
 
+    /// The same index, restricted to these vector instructions; as built or read, it uses the best that
+    /// the processor has. The answers are the same.
+    #[must_use]
+    pub fn with_vectors(self, vectors: Vectors) -> Self {
+        Self { vectors, ..self }
+    }
+
     /// The parts that the index consists of.
     pub fn image(&self) -> &Image<'a> {
         &self.image
@@ -232,7 +240,7 @@ impl<'a, R: Representation> Index<'a, R> {
     fn run<Q: Query>(&self, ray: &Ray, query: &mut Q) {
         // Both outcomes end the walk; the query knows the answer.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            walk::<R::Local, Q>(&self.image, &RaySpan::new(ray), query);
+            walk::<R::Local, Q>(&self.image, &RaySpan::new(ray, self.vectors), query);
     }
 
     fn closest<C: Count>(&self, ray: &Ray, count: C) -> Option<Hit> {

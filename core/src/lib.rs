@@ -51,6 +51,7 @@ pub mod indices;
 pub mod memory;
 pub mod query;
 mod scene;
+mod vectors;
 
 pub use error::{BuildError, ImageError};
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
@@ -58,7 +59,9 @@ pub use glam::{self, Vec3};
 pub use index::{Capacity, Index, RayIndex, Representation};
 pub use indices::{
     AnyIndex, BspTree, Bvh, Clustered, IndexKind, KdTree, Linear, Octree, OctreeR, UniformGrid,
+    WideOctree,
 };
 pub use memory::Block;
 pub use query::{AllHits, Counters, Hit, TriangleId};
 pub use scene::{BvhBuild, Level, Options, Resolution, Scene};
+pub use vectors::Vectors;

@@ -65,15 +65,15 @@ impl core::ops::AddAssign for Counters {
 pub trait Count {
     /// A node was entered.
     fn node(&mut self);
-    /// A triangle was tested.
-    fn test(&mut self);
+    /// So many triangles were tested.
+    fn tests(&mut self, count: u32);
 }
 
 impl Count for () {
     #[inline]
     fn node(&mut self) {}
     #[inline]
-    fn test(&mut self) {}
+    fn tests(&mut self, _: u32) {}
 }
 
 impl Count for &mut Counters {
@@ -82,8 +82,8 @@ impl Count for &mut Counters {
         self.nodes_visited += 1;
     }
     #[inline]
-    fn test(&mut self) {
-        self.triangle_tests += 1;
+    fn tests(&mut self, count: u32) {
+        self.triangle_tests += u64::from(count);
     }
 }
 
@@ -94,8 +94,25 @@ pub trait Query {
     fn last(&self) -> f64;
     /// Says that a node is entered.
     fn enter(&mut self);
-    /// Tests a triangle; `Break` once the answer is known. Testing one twice does no harm.
-    fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()>;
+    /// The ray that is asked about.
+    fn ray(&self) -> &Ray;
+    /// The `t` beyond which nothing matters any more; [`Query::last`] before rounding is allowed for.
+    fn last_t(&self) -> f32;
+    /// Says that so many triangles are tested.
+    fn count_tests(&mut self, count: u32);
+    /// Decides exactly whether a triangle is hit; `Break` once the answer is known. Asking about one
+    /// twice does no harm.
+    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()>;
+
+    /// Counts a test, and decides it where the filter does not.
+    #[inline]
+    fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
+        self.count_tests(1);
+        if kernel::surely_missed(self.ray(), triangle) {
+            return ControlFlow::Continue(());
+        }
+        self.decide(id, triangle)
+    }
 }
 
 /// The closest hit.
@@ -132,8 +149,22 @@ impl<C: Count> Query for Closest<'_, C> {
     }
 
     #[inline]
-    fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
-        self.count.test();
+    fn ray(&self) -> &Ray {
+        self.ray
+    }
+
+    #[inline]
+    fn last_t(&self) -> f32 {
+        self.t
+    }
+
+    #[inline]
+    fn count_tests(&mut self, count: u32) {
+        self.count.tests(count);
+    }
+
+    #[inline]
+    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         if let Some(t) = kernel::hit_distance(self.ray, triangle, self.ray.t_min(), self.t)
             && (t < self.t || id < self.id)
         {
@@ -171,8 +202,22 @@ impl<C: Count> Query for Occluded<'_, C> {
     }
 
     #[inline]
-    fn test(&mut self, _: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
-        self.count.test();
+    fn ray(&self) -> &Ray {
+        self.ray
+    }
+
+    #[inline]
+    fn last_t(&self) -> f32 {
+        self.ray.t_max()
+    }
+
+    #[inline]
+    fn count_tests(&mut self, count: u32) {
+        self.count.tests(count);
+    }
+
+    #[inline]
+    fn decide(&mut self, _: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         let ray = self.ray;
         if kernel::hit_distance(ray, triangle, ray.t_min(), ray.t_max()).is_some() {
             self.found = true;
@@ -246,8 +291,22 @@ impl<C: Count> Query for All<'_, '_, C> {
     }
 
     #[inline]
-    fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
-        self.count.test();
+    fn ray(&self) -> &Ray {
+        self.ray
+    }
+
+    #[inline]
+    fn last_t(&self) -> f32 {
+        self.t_max
+    }
+
+    #[inline]
+    fn count_tests(&mut self, count: u32) {
+        self.count.tests(count);
+    }
+
+    #[inline]
+    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         if let Some(t) = kernel::hit_distance(self.ray, triangle, self.ray.t_min(), self.t_max) {
             self.insert(Hit { triangle: id, t, u: 0.0, v: 0.0 });
         }

@@ -5,7 +5,10 @@
 //! instruction set must reproduce them. Images change when an index's format or its build does; answers
 //! never, and they are the same for every kind.
 
-use arboleda::{Hit, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3};
+use arboleda::{
+    Counters, Hit, Index, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors,
+    WideOctree,
+};
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
 use arboleda_tests::{rays, scenes};
@@ -21,13 +24,15 @@ const IMAGES: &[(&str, u64)] = &[
     ("octree-r", 0xb532_d1a8_b2f1_15f9),
     ("octree-r-hierarchy", 0x5446_8ff3_6bbf_6c71),
     ("uniform-grid", 0x74bb_0297_fd9b_5111),
-    ("grid-hierarchy", 0xa155_2fb8_50e2_e4f9),
+    ("grid-hierarchy", 0xe7b7_703e_e9d1_7176),
     ("kd-tree", 0x6a39_6bdc_836e_0a80),
     ("kd-tree-hierarchy", 0x30b4_b060_6b01_b4ff),
     ("bsp-tree", 0x8da2_a343_cdc7_0ec3),
     ("bsp-tree-hierarchy", 0x1bdd_338c_7571_fe7e),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
+    ("wide-octree", 0x712f_0a97_abc9_c2e7),
+    ("wide-octree-hierarchy", 0x2958_aa0c_7268_75c0),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
@@ -62,6 +67,24 @@ fn images_are_the_golden_ones() {
         "images changed or are new; if that was meant, the lines are\n{}",
         wrong.join("\n")
     );
+}
+
+/// With and without the vector instructions that the processor has: the same answers, the same counters.
+#[test]
+fn vector_instructions_change_nothing() {
+    let triangles = scene();
+    let built = Built::new(IndexKind::WideOctree, &Scene::new(&triangles), &Options::default());
+    let built = built.expect("an ordinary scene");
+    let with = Index::<WideOctree>::from_bytes(built.bytes()).expect("a built index is valid");
+    let without = with.with_vectors(Vectors::COMPILED);
+    let (mut counted_with, mut counted_without) = (Counters::default(), Counters::default());
+    for ray in &hard_rays(&triangles) {
+        assert_eq!(
+            with.closest_hit_counted(ray, &mut counted_with),
+            without.closest_hit_counted(ray, &mut counted_without)
+        );
+        assert_eq!(counted_with, counted_without, "{ray:?}");
+    }
 }
 
 #[test]

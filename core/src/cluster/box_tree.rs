@@ -1,6 +1,8 @@
 //! A balanced tree of boxes, for asking what is near.
 //!
-//! The boxes are sorted along a Morton curve through their centres and grouped by four; a complete
+//! The boxes are sorted along a Morton curve through their centres and grouped by four; the curve goes by
+//! the rank of a centre on each axis rather than its coordinate, so one box far away, or gaps of very
+//! different size, do not put all others into one place. A complete
 //! binary tree stands on the groups, laid out like a heap: node `i` has the children `2 i` and
 //! `2 i + 1`, the root is 1, the groups are the last level. Nodes without boxes are empty boxes.
 //!
@@ -40,6 +42,8 @@ impl NodeRef {
 /// [`BoxTree::node_count`] says.
 pub(super) struct Scratch<'a> {
     keys: &'a mut [u64],
+    codes: &'a mut [u64],
+    places: &'a mut [u32],
     buffer: SortBuffer<'a>,
     nodes: &'a mut [BoxNode],
 }
@@ -48,6 +52,8 @@ impl<'a> Scratch<'a> {
     pub fn take(arena: &mut Arena<'a>, count: usize) -> Option<Self> {
         Some(Self {
             keys: arena.take(count)?,
+            codes: arena.take(count)?,
+            places: arena.take(count)?,
             buffer: SortBuffer::take(arena, count)?,
             nodes: arena.take(BoxTree::node_count(count))?,
         })
@@ -55,6 +61,8 @@ impl<'a> Scratch<'a> {
 
     pub const fn bytes(count: usize) -> usize {
         size_of_slice::<u64>(count)
+            .saturating_mul(2)
+            .saturating_add(size_of_slice::<u32>(count))
             .saturating_add(SortBuffer::bytes(count))
             .saturating_add(size_of_slice::<BoxNode>(BoxTree::node_count(count)))
     }
@@ -89,12 +97,33 @@ impl<'t> BoxTree<'t> {
         scratch: &'t mut Scratch<'_>,
     ) -> Option<Self> {
         let count = members.len();
-        let box_of = |member: u32| boxes.get(member as usize).copied().unwrap_or(Aabb::EMPTY);
-        let bounds = members.iter().fold(Aabb::EMPTY, |all, &m| all.union(box_of(m)));
+        let codes = scratch.codes.get_mut(..count)?;
         let keys = scratch.keys.get_mut(..count)?;
-        for (key, &member) in keys.iter_mut().zip(members.iter()) {
-            *key = morton(&bounds, &box_of(member));
+        let places = scratch.places.get_mut(..count)?;
+        // 1. The rank of each centre on each axis, equal for equal coordinates.
+        codes.fill(0);
+        for axis in 0..3 {
+            for (((place, key), slot), &member) in
+                (0..).zip(keys.iter_mut()).zip(places.iter_mut()).zip(members.iter())
+            {
+                let bounds = boxes.get(member as usize).unwrap_or(&Aabb::EMPTY);
+                let [x, y, z] = bounds.centre().to_array();
+                *key = ascending_bits([x, y, z].get(axis).copied().unwrap_or(0.0));
+                *slot = place;
+            }
+            sort_by_key(keys, places, &mut scratch.buffer);
+            let mut run = (0, 0);
+            for ((sorted, &key), &place) in (0_u64..).zip(keys.iter()).zip(places.iter()) {
+                if key != run.1 {
+                    run = (sorted, key);
+                }
+                let cell = (run.0 << CURVE_BITS).checked_div(count as u64).unwrap_or(0);
+                *codes.get_mut(place as usize)? |= spread(cell) << axis;
+            }
         }
+
+        // 2. Along the curve.
+        keys.copy_from_slice(codes);
         sort_by_key(keys, members, &mut scratch.buffer);
 
         let nodes = scratch.nodes.get_mut(..Self::node_count(count))?;
@@ -183,19 +212,13 @@ impl<'t> BoxTree<'t> {
     }
 }
 
-/// The place of a box's centre on the Morton curve through `bounds`, 21 bits an axis.
-fn morton(bounds: &Aabb, inside: &Aabb) -> u64 {
-    let extent = bounds.extent();
-    let side = extent.into_iter().fold(0.0, |a, b| if b > a { b } else { a });
-    let centre = inside.centre().to_array();
-    let mut code = 0;
-    for (axis, (c, lo)) in centre.into_iter().zip(bounds.lo.to_array()).enumerate() {
-        let offset = f64::from(c) - f64::from(lo);
-        // A cast to an integer saturates, and takes a NaN (0 / 0) to 0.
-        let cell = ((offset / side * 2_097_152.0) as u64).min(2_097_151);
-        code |= spread(cell) << axis;
-    }
-    code
+/// Bits an axis on the curve.
+const CURVE_BITS: u32 = 21;
+
+/// Bits that sort like the number.
+fn ascending_bits(x: f32) -> u64 {
+    let bits = x.to_bits();
+    u64::from(if bits >> 31 == 1 { !bits } else { bits | 1 << 31 })
 }
 
 /// Puts two zeros between the lowest 21 bits.

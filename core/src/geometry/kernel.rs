@@ -51,8 +51,8 @@ pub struct Intersection {
     pub t: f32,
     /// The `f32` nearest to the exact weight of corner `b`.
     pub u: f32,
-    /// The `f32` nearest to the exact weight of corner `c`, lowered by at most one ulp where
-    /// otherwise `u + v` would be more than 1.
+    /// The `f32` nearest to the exact weight of corner `c`; where `u + v` would be more than 1, the
+    /// largest with which it is not.
     pub v: f32,
 }
 
@@ -68,16 +68,16 @@ pub struct Intersection {
 /// # Ok::<(), arboleda::RayError>(())
 /// ```
 pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
+    if surely_missed(ray, triangle) {
+        return None;
+    }
     let t = hit_distance(ray, triangle, ray.t_min(), ray.t_max())?;
     let (u, v) = barycentric(ray, triangle);
     Some(Intersection { t, u, v })
 }
 
-/// The `t` of the hit, if there is one with `t_min <= t <= t_max`.
+/// The `t` of the hit, if there is one with `t_min <= t <= t_max`; without the `f32` filter.
 pub fn hit_distance(ray: &Ray, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<f32> {
-    if surely_missed(ray, triangle) {
-        return None;
-    }
     let volumes = Volumes::new(ray, triangle);
     let det_sign = volumes.hit_sign()?;
     let t = volumes.t_quotient(det_sign);
@@ -102,7 +102,9 @@ pub fn barycentric(ray: &Ray, triangle: &Triangle) -> (f32, f32) {
 
 /// The largest `f32` that is at most `v` and at most the exact `1 - u`.
 fn clamped(u: f32, v: f32) -> f32 {
-    let room = 1.0 - f64::from(u); // exact: u is in 0..=1
+    // Rounded down where u is too small for the difference to be exact.
+    let rounded = 1.0 - f64::from(u);
+    let room = if 1.0 - rounded < f64::from(u) { rounded.next_down() } else { rounded };
     if f64::from(v) <= room {
         return v;
     }
@@ -111,7 +113,7 @@ fn clamped(u: f32, v: f32) -> f32 {
 }
 
 /// The `f32` filter: `true` only if two of the volumes surely have opposite signs.
-fn surely_missed(ray: &Ray, triangle: &Triangle) -> bool {
+pub fn surely_missed(ray: &Ray, triangle: &Triangle) -> bool {
     const R: f32 = f32::EPSILON / 2.0;
     const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
     const LEAST: f32 = 8.673_617e-19; // 2^-60

@@ -14,6 +14,7 @@
 //! Where `d` is 0 the ray runs along the plane: it is on the low side, the high side, or in it.
 
 use super::{Aabb, Ray};
+use crate::Vectors;
 
 /// A part of a ray, `from <= t <= to`; empty if `from > to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,7 @@ pub struct RaySpan {
     inverse: [f64; 3],
     span: Span,
     sign_mask: usize,
+    vectors: Vectors,
 }
 
 /// Relative widening; see the module's documentation.
@@ -50,7 +52,7 @@ const MARGIN: f64 = 8.881_784_197_001_252e-16; // 2^-50
 
 impl RaySpan {
     /// Prepares a ray.
-    pub fn new(ray: &Ray) -> Self {
+    pub fn new(ray: &Ray, vectors: Vectors) -> Self {
         let d = ray.direction().to_array();
         let negative = |axis: usize, d: f32| usize::from(d < 0.0) << axis;
         Self {
@@ -63,6 +65,7 @@ impl RaySpan {
                 to: last_parameter(ray.t_max()),
             },
             sign_mask: negative(0, d[0]) | negative(1, d[1]) | negative(2, d[2]),
+            vectors,
         }
     }
 
@@ -74,6 +77,11 @@ impl RaySpan {
     /// Bit `axis` is set where the ray runs towards smaller coordinates.
     pub fn sign_mask(&self) -> usize {
         self.sign_mask
+    }
+
+    /// The vector instructions that may be used.
+    pub fn vectors(&self) -> Vectors {
+        self.vectors
     }
 
     /// The origin and the direction on one axis.

@@ -17,6 +17,7 @@ mod plane_tree;
 mod registry;
 mod split_cost;
 mod uniform_grid;
+mod wide_octree;
 
 use core::ops::ControlFlow;
 
@@ -31,6 +32,7 @@ pub use octree_r::OctreeR;
 pub use registry::{AnyIndex, IndexKind};
 pub(crate) use uniform_grid::MOST_CELLS_ON_AXIS;
 pub use uniform_grid::UniformGrid;
+pub use wide_octree::WideOctree;
 
 use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::index::Representation;

@@ -1,6 +1,6 @@
 //! The list of all indices: one line each.
 
-use super::{BspTree, Bvh, Clustered, KdTree, Linear, Octree, OctreeR, UniformGrid};
+use super::{BspTree, Bvh, Clustered, KdTree, Linear, Octree, OctreeR, UniformGrid, WideOctree};
 use crate::index::{Capacity, Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
@@ -33,6 +33,10 @@ registry! {
     Bvh = Bvh,
     /// A bounding volume hierarchy for each cluster.
     BvhHierarchy = Clustered<Bvh>,
+    /// One wide octree over everything.
+    WideOctree = WideOctree,
+    /// A wide octree for each cluster.
+    WideOctreeHierarchy = Clustered<WideOctree>,
 }
 
 macro_rules! registry {

@@ -36,8 +36,9 @@ pub enum UniformGrid {}
 const HEAD: u32 = 3;
 /// Cells along an axis: their planes stay apart in `f64` whatever the `f32` box.
 pub(crate) const MOST_CELLS_ON_AXIS: u32 = 1 << 16;
-/// Densities tried by the automatic resolution, in cells per triangle, a factor of 2 apart.
-const DENSITIES: [f64; 8] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+/// Densities tried by the automatic resolution, in cells per triangle, from here on a factor of 2 apart.
+const LEAST_DENSITY: f64 = 1.0 / 512.0;
+const MOST_DENSITY: f64 = 16.0;
 
 /// The planes across one axis.
 #[derive(Clone, Copy)]
@@ -206,13 +207,21 @@ fn choose_cells(group: &Group<'_>, options: &Options) -> [u32; 3] {
             cells_for(&group.bounds, count, f64::from(density))
         }
         Resolution::Automatic => {
+            // From coarse to fine as long as the cost falls, looking one step further; so the work is
+            // dominated by the last steps, and triangles that lie in one place do not fill fine grids.
             let mut best = (f64::INFINITY, [1; 3]);
-            for density in DENSITIES {
+            let mut density = LEAST_DENSITY;
+            let mut worse = 0;
+            while density <= MOST_DENSITY && worse < 2 {
                 let cells = cells_for(&group.bounds, count, density);
                 let cost = Grid::new(group, cells).estimated_cost(&options.cost);
                 if cost < best.0 {
                     best = (cost, cells);
+                    worse = 0;
+                } else if cells != best.1 {
+                    worse += 1;
                 }
+                density *= 2.0;
             }
             best.1
         }
