@@ -240,7 +240,7 @@ impl<'a, R: Representation> Index<'a, R> {
     fn run<Q: Query>(&self, ray: &Ray, query: &mut Q) {
         // Both outcomes end the walk; the query knows the answer.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            walk::<R::Local, Q>(&self.image, &RaySpan::new(ray, self.vectors), query);
+            walk::<R::Local, Q>(&self.image, &RaySpan::new(ray).with_vectors(self.vectors), query);
     }
 
     fn closest<C: Count>(&self, ray: &Ray, count: C) -> Option<Hit> {

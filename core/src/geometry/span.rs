@@ -52,7 +52,7 @@ const MARGIN: f64 = 8.881_784_197_001_252e-16; // 2^-50
 
 impl RaySpan {
     /// Prepares a ray.
-    pub fn new(ray: &Ray, vectors: Vectors) -> Self {
+    pub fn new(ray: &Ray) -> Self {
         let d = ray.direction().to_array();
         let negative = |axis: usize, d: f32| usize::from(d < 0.0) << axis;
         Self {
@@ -65,7 +65,7 @@ impl RaySpan {
                 to: last_parameter(ray.t_max()),
             },
             sign_mask: negative(0, d[0]) | negative(1, d[1]) | negative(2, d[2]),
-            vectors,
+            vectors: Vectors::COMPILED,
         }
     }
 
@@ -77,6 +77,12 @@ impl RaySpan {
     /// Bit `axis` is set where the ray runs towards smaller coordinates.
     pub fn sign_mask(&self) -> usize {
         self.sign_mask
+    }
+
+    /// Allows more vector instructions than the crate is compiled for.
+    #[must_use]
+    pub fn with_vectors(self, vectors: Vectors) -> Self {
+        Self { vectors, ..self }
     }
 
     /// The vector instructions that may be used.
