@@ -19,6 +19,8 @@
 pub mod bench;
 pub mod commands;
 mod owned_index;
+#[cfg(feature = "peers")]
+pub mod peers;
 pub mod photon;
 pub mod report;
 pub mod scene;

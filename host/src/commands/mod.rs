@@ -2,9 +2,12 @@
 
 mod arguments;
 mod cast;
+mod compare;
 mod demo;
 mod inspect;
 mod output;
+mod paper;
+mod separation;
 mod shoot;
 
 use clap::{Parser, Subcommand};
@@ -29,6 +32,9 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Answer the rays of a `NumPy` file
     Cast(cast::Cast),
+    Compare(compare::Compare),
+    Paper(paper::Paper),
+    Separation(separation::Separation),
 }
 
 impl CommandLine {
@@ -42,6 +48,9 @@ impl CommandLine {
             Some(Command::Shoot(shoot)) => shoot.run(),
             Some(Command::Inspect(inspect)) => inspect.run(),
             Some(Command::Cast(cast)) => cast.run(),
+            Some(Command::Compare(compare)) => compare.run(),
+            Some(Command::Paper(paper)) => paper.run(),
+            Some(Command::Separation(separation)) => separation.run(),
         }
     }
 }

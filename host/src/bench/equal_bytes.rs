@@ -1,0 +1,87 @@
+//! The grid of the same size: the paper compares octrees and grids that take the same memory.
+
+use anyhow::Context;
+use arboleda::{Block, IndexKind};
+
+use super::plan::Case;
+use crate::scene::Model;
+
+/// Within this, two sizes count as equal.
+pub const TOLERANCE: f64 = 0.02;
+/// Densities that the core accepts.
+const DENSITIES: (f64, f64) = (1e-4, 1024.0);
+/// Halvings of the range of densities on a log scale: to a part in 60,000.
+const STEPS: usize = 20;
+
+/// A case of `kind` with the density at which the index, without its triangles, is nearest in bytes to
+/// `wanted`; and how many bytes that takes.
+///
+/// More cells take more bytes, but in steps, because cells on an axis are whole: the search halves the
+/// range by size, keeps the nearest of all it meets, and stops at a tenth of [`TOLERANCE`].
+/// Cost: up to 20 dry runs.
+///
+/// # Errors
+/// If the model cannot be indexed.
+pub fn grid_of_bytes(
+    kind: IndexKind,
+    model: &Model,
+    wanted: usize,
+) -> anyhow::Result<(Case, usize)> {
+    let triangle_bytes = size_of_val(model.triangles.as_slice());
+    let size = |density: f64| -> anyhow::Result<usize> {
+        let options = Case::at_density(kind, density as f32).options;
+        let needed = kind.scratch_capacity(model.triangles.len(), &options);
+        let mut scratch = vec![Block::ZERO; Block::count(needed)];
+        let capacity = kind.capacity(&model.scene(), &options, Block::bytes(&mut scratch));
+        let capacity = capacity.with_context(|| format!("cannot measure {}", kind.name()))?;
+        Ok(capacity.index - triangle_bytes)
+    };
+    let (mut low, mut high) = (DENSITIES.0.ln(), DENSITIES.1.ln());
+    // Begin near where surfaces usually land, not in the middle of a range a million wide: the dry run of
+    // the middle is cheap, that of 1024 cells a triangle is not.
+    let mut middle = (wanted as f64 / triangle_bytes.max(1) as f64).max(0.02).ln();
+    let mut best: Option<(f64, usize)> = None;
+    for _ in 0..STEPS {
+        let bytes = size(middle.exp())?;
+        let off = |bytes: usize| bytes.abs_diff(wanted);
+        if best.is_none_or(|(_, known)| off(bytes) < off(known)) {
+            best = Some((middle, bytes));
+        }
+        if off(bytes) as f64 <= wanted as f64 * TOLERANCE * 0.1 {
+            break;
+        }
+        if bytes < wanted {
+            low = middle;
+            // Twice as many cells at most, until the range is closed from above.
+            middle = f64::midpoint(low, high).min(low + 1.0);
+        } else {
+            high = middle;
+            middle = f64::midpoint(low, high).max(high - 1.0);
+        }
+    }
+    let (density, bytes) = best.context("no density was tried")?;
+    Ok((Case::at_density(kind, density.exp() as f32), bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::run::build;
+    use crate::scene::paper::fig3;
+
+    #[test]
+    fn a_grid_can_have_the_size_of_another() {
+        let model = fig3();
+        let kind = IndexKind::GridHierarchy;
+        for density in [0.1, 1.0, 3.0] {
+            let other = build(&model, &Case::at_density(kind, density)).unwrap().bytes();
+            let triangle_bytes = size_of_val(model.triangles.as_slice());
+            let (case, bytes) = grid_of_bytes(kind, &model, other - triangle_bytes).unwrap();
+            assert_eq!(bytes + triangle_bytes, build(&model, &case).unwrap().bytes());
+            // The search ends within a tenth of the tolerance, not at the very density.
+            let wanted = (other - triangle_bytes) as f64;
+            let off = (bytes as f64 - wanted).abs() / wanted;
+            assert!(off <= TOLERANCE, "at {density}: {} is {off} off", case.setting);
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! The paper's tables 1 to 3: octree hierarchies against grid hierarchies of the same size, level by level.
+//!
+//! Which size that is depends on how an octree is stored, and the paper does not say. So there are two grids
+//! to each octree: one as large as our octree, which stores what is not empty, and one as large as the same
+//! octree with pointers, as usual at the time; see [`pointer_octree_bytes`].
+
+use anyhow::Context;
+use arboleda::IndexKind;
+use arboleda::indices::Statistics;
+use rayon::prelude::*;
+
+use super::equal_bytes::grid_of_bytes;
+use super::plan::{Case, Effort};
+use super::rays::RaySet;
+use super::run::{Measurement, build, check_against_oracle, gain_percent, measure};
+use crate::scene::{Model, builtin};
+
+/// The octree levels of the paper's tables.
+pub const LEVELS: std::ops::RangeInclusive<u32> = 1..=8;
+/// The paper's tables have the grids ahead up to this level, and the octrees beyond.
+pub const LAST_LEVEL_OF_GRIDS: u32 = 3;
+/// The most that octrees save at deep levels in the paper's tables, in percent.
+pub const DEEP_GAIN: f64 = 65.0;
+
+/// A scene of figure 4, and the best times that the paper gives for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Published {
+    /// The built-in scene.
+    pub scene: &'static str,
+    /// As the paper calls it.
+    pub label: &'static str,
+    /// The best octree hierarchy, in seconds.
+    pub octree_seconds: f64,
+    /// The best grid hierarchy, in seconds.
+    pub grid_seconds: f64,
+}
+
+impl Published {
+    /// The best against the best: the time saved, in percent.
+    pub fn gain(&self) -> f64 {
+        gain_percent(self.octree_seconds, self.grid_seconds)
+    }
+}
+
+const fn published(
+    scene: &'static str,
+    label: &'static str,
+    octree_seconds: f64,
+    grid_seconds: f64,
+) -> Published {
+    Published { scene, label, octree_seconds, grid_seconds }
+}
+
+/// Aguilera et al., tables 1 to 3.
+pub const PUBLISHED: [Published; 5] = [
+    published("fig4a", "4(a)", 51.55, 70.25),
+    published("fig4b", "4(b)", 45.18, 65.53),
+    published("fig4c", "4(c)", 44.97, 63.12),
+    published("fig4d", "4(d)", 33.39, 47.02),
+    published("fig4e", "4(e)", 97.05, 95.92),
+];
+
+/// One level of one table.
+pub struct LevelRow {
+    /// The highest level allowed.
+    pub level: u32,
+    /// The octree hierarchy.
+    pub octree: Measurement,
+    /// The grid hierarchy of the same size.
+    pub grid: Measurement,
+    /// The bytes of the octree hierarchy if it were stored with pointers.
+    pub pointer_bytes: usize,
+    /// The grid hierarchy of that size.
+    pub pointer_grid: Measurement,
+}
+
+/// The bytes that an octree with these parts takes if a divided cell has all eight children, empty ones
+/// included; each node has eight links, a count and the head of a list; each list entry has an id and a link;
+/// and all of these are four bytes.
+pub fn pointer_octree_bytes(parts: &Statistics, cluster_count: u32) -> usize {
+    let nodes = parts.inner_nodes * 8 + u64::from(cluster_count);
+    (nodes * (8 + 2) * 4 + parts.references * 8) as usize
+}
+
+impl LevelRow {
+    /// The time that the octrees save, in percent, by the medians.
+    pub fn gain(&self) -> f64 {
+        gain_percent(self.octree.seconds.median, self.grid.seconds.median)
+    }
+
+    /// As [`Self::gain`], against the grid as large as an octree with pointers.
+    pub fn pointer_gain(&self) -> f64 {
+        gain_percent(self.octree.seconds.median, self.pointer_grid.seconds.median)
+    }
+
+    /// As [`Self::gain`], by the fastest repetitions.
+    pub fn least_gain(&self) -> f64 {
+        gain_percent(self.octree.seconds.min, self.grid.seconds.min)
+    }
+
+    /// How much larger the grids are than wanted, in percent, triangles not counted: as our octrees, and as
+    /// octrees with pointers.
+    pub fn excess_bytes_percent(&self) -> [f64; 2] {
+        let excess = |grid: &Measurement, wanted: usize| {
+            (grid.subdivision_bytes as f64 / wanted as f64 - 1.0) * 100.0
+        };
+        [
+            excess(&self.grid, self.octree.subdivision_bytes),
+            excess(&self.pointer_grid, self.pointer_bytes),
+        ]
+    }
+}
+
+/// The table of one scene.
+pub struct SceneTable {
+    /// What the paper has.
+    pub published: Published,
+    /// How many clusters the scene has.
+    pub cluster_count: u32,
+    /// Each level, from the lowest, until the tree stops changing.
+    pub rows: Vec<LevelRow>,
+}
+
+impl SceneTable {
+    /// The row with the fastest octrees.
+    pub fn best_octree(&self) -> Option<&LevelRow> {
+        self.rows.iter().min_by(|a, b| time(&a.octree).total_cmp(&time(&b.octree)))
+    }
+
+    /// The row with the fastest grids.
+    pub fn best_grid(&self) -> Option<&LevelRow> {
+        self.rows.iter().min_by(|a, b| time(&a.grid).total_cmp(&time(&b.grid)))
+    }
+
+    /// The row with the fastest grids as large as octrees with pointers.
+    pub fn best_pointer_grid(&self) -> Option<&LevelRow> {
+        self.rows.iter().min_by(|a, b| time(&a.pointer_grid).total_cmp(&time(&b.pointer_grid)))
+    }
+
+    /// The best octrees against the best grids, whatever their levels: the time saved, in percent.
+    pub fn best_gain(&self) -> f64 {
+        match (self.best_octree(), self.best_grid()) {
+            (Some(octree), Some(grid)) => gain_percent(time(&octree.octree), time(&grid.grid)),
+            _ => f64::NAN,
+        }
+    }
+
+    /// As [`Self::best_gain`], against the best grids as large as octrees with pointers.
+    pub fn best_pointer_gain(&self) -> f64 {
+        match (self.best_octree(), self.best_pointer_grid()) {
+            (Some(octree), Some(grid)) => {
+                gain_percent(time(&octree.octree), time(&grid.pointer_grid))
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    /// The lowest level from which on a gain is always above 0.
+    pub fn crossover(&self, gain: fn(&LevelRow) -> f64) -> Option<u32> {
+        let ahead = self.rows.iter().rev().take_while(|row| gain(row) > 0.0);
+        ahead.last().map(|row| row.level)
+    }
+}
+
+/// Microseconds a photon, by which cases on different shares of the photons can be compared.
+fn time(measurement: &Measurement) -> f64 {
+    measurement.microseconds_per_photon()
+}
+
+/// How many steps `progress` takes for one scene.
+pub fn steps() -> u64 {
+    // The search for the grids, and the measurements of the three.
+    4 * LEVELS.count() as u64
+}
+
+/// Fills the table of one scene.
+///
+/// # Errors
+/// If two indices do not agree.
+pub fn run(
+    published: Published,
+    effort: &Effort,
+    seed: u64,
+    progress: &(impl Fn() + Sync),
+) -> anyhow::Result<SceneTable> {
+    let model = builtin::require(published.scene)?;
+    let rays = RaySet::shoot(&model, effort.photons, seed)?;
+    check_against_oracle(&model, &rays)?;
+
+    // 1. The grids of the octrees' sizes. Nothing is timed yet, so all processors may search.
+    let levels: Vec<u32> = LEVELS.collect();
+    let plans = levels
+        .par_iter()
+        .map(|&level| {
+            let plan = LevelPlan::at(&model, level)?;
+            progress();
+            Ok(plan)
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+
+    // 2. The clock, level by level, so that what is compared is measured side by side.
+    let mut table = SceneTable { published, cluster_count: 0, rows: Vec::new() };
+    for (&level, plan) in levels.iter().zip(plans) {
+        let measured = measure(&model, &plan.cases, &rays, effort, &mut || progress())?;
+        let [octree, grid, pointer_grid] =
+            <[Measurement; 3]>::try_from(measured).ok().context("three cases were measured")?;
+        table.cluster_count = octree.cluster_count;
+        // A tree that may be deeper but is not is the one before.
+        if octree.deepest_level == level {
+            let pointer_bytes = plan.pointer_bytes;
+            table.rows.push(LevelRow { level, octree, grid, pointer_bytes, pointer_grid });
+        }
+    }
+    Ok(table)
+}
+
+/// What is measured at one level.
+struct LevelPlan {
+    /// The octrees, the grids as large as these, the grids as large as `pointer_bytes`.
+    cases: [Case; 3],
+    pointer_bytes: usize,
+}
+
+impl LevelPlan {
+    fn at(model: &Model, level: u32) -> anyhow::Result<Self> {
+        let octree = Case::at_level(IndexKind::OctreeHierarchy, level);
+        let built = build(model, &octree)?;
+        let index = built.index();
+        let wanted = built.bytes() - size_of_val(model.triangles.as_slice());
+        let pointer_bytes = pointer_octree_bytes(&index.check()?, index.image().cluster_count());
+        let (grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, wanted)?;
+        let (pointer_grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, pointer_bytes)?;
+        Ok(Self { cases: [octree, grid, pointer_grid], pointer_bytes })
+    }
+}

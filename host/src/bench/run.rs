@@ -1,0 +1,303 @@
+//! Builds, compares the answers, and only then looks at the clock.
+//!
+//! ```text
+//! build -> probe (how many photons) -> answers, counted == the guide's -> 1 2 3 1 2 3 1 2 3 ... timed
+//! ```
+//! Repetitions take turns, so that what disturbs the machine for a second disturbs every case. The clock is the
+//! processor time of one thread.
+
+use std::hint::black_box;
+
+use anyhow::{Context, ensure};
+use arboleda::{AnyIndex, Counters, IndexKind, Ray, RayIndex};
+use cpu_time::ThreadTime;
+
+use super::plan::{Case, Effort, PROBE_PHOTONS, Share, photons_within};
+use super::rays::{RaySet, same_bits};
+use crate::OwnedIndex;
+use crate::scene::Model;
+
+/// Rays that the linear scan checks: so many tests, in which it takes about half a second.
+const ORACLE_TESTS: usize = 30_000_000;
+/// The most rays that the linear scan checks.
+const ORACLE_RAYS: usize = 4_096;
+
+/// The times of several repetitions, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// The one in the middle.
+    pub median: f64,
+    /// The fastest: the least disturbed.
+    pub min: f64,
+    /// The slowest.
+    pub max: f64,
+}
+
+impl Spread {
+    /// Of at least one time.
+    pub fn of(times: &[f64]) -> Self {
+        let mut sorted = times.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let at = |place: usize| sorted.get(place).copied().unwrap_or(f64::NAN);
+        let last = sorted.len().saturating_sub(1);
+        Self {
+            median: f64::midpoint(at(last / 2), at(last.div_ceil(2))),
+            min: at(0),
+            max: at(last),
+        }
+    }
+}
+
+/// What one case took.
+#[derive(Clone, Debug)]
+pub struct Measurement {
+    /// Which index, built how.
+    pub case: Case,
+    /// How many triangles the scene has.
+    pub triangle_count: usize,
+    /// How long the build took.
+    pub build_seconds: f64,
+    /// The whole index.
+    pub bytes: usize,
+    /// The index without the triangles: what the way of dividing costs.
+    pub subdivision_bytes: usize,
+    /// How many clusters it found; 1 for a simple index.
+    pub cluster_count: u32,
+    /// The level of the deepest leaf.
+    pub deepest_level: u32,
+    /// Photons to each repetition.
+    pub photons: u64,
+    /// Their rays.
+    pub ray_count: usize,
+    /// What answering these rays took.
+    pub counters: Counters,
+    /// How long answering them took.
+    pub seconds: Spread,
+    /// How often they were answered.
+    pub repetitions: usize,
+}
+
+impl Measurement {
+    /// Photons per second, by the median.
+    pub fn photons_per_second(&self) -> f64 {
+        self.photons as f64 / self.seconds.median
+    }
+
+    /// Rays per second, by the median.
+    pub fn rays_per_second(&self) -> f64 {
+        self.ray_count as f64 / self.seconds.median
+    }
+
+    /// Microseconds for each photon, by the median.
+    pub fn microseconds_per_photon(&self) -> f64 {
+        self.seconds.median / self.photons as f64 * 1e6
+    }
+
+    /// As [`Self::microseconds_per_photon`], by the fastest repetition.
+    pub fn least_microseconds_per_photon(&self) -> f64 {
+        self.seconds.min / self.photons as f64 * 1e6
+    }
+
+    /// Nodes visited for each ray.
+    pub fn nodes_per_ray(&self) -> f64 {
+        self.counters.nodes_visited as f64 / self.ray_count as f64
+    }
+
+    /// Triangle tests for each ray.
+    pub fn tests_per_ray(&self) -> f64 {
+        self.counters.triangle_tests as f64 / self.ray_count as f64
+    }
+
+    /// The cost of a ray as the index's cost model weighs nodes and tests.
+    pub fn cost_per_ray(&self) -> f64 {
+        let cost = self.case.options.cost;
+        cost.traversal * self.nodes_per_ray() + cost.intersection * self.tests_per_ray()
+    }
+}
+
+/// The time saved over the slower, in percent: above 0 where `ours` is faster, below where `theirs` is.
+///
+/// # Source
+/// Aguilera et al., tables 1 to 3.
+pub fn gain_percent(ours: f64, theirs: f64) -> f64 {
+    let slower = ours.max(theirs);
+    if slower > 0.0 { (theirs - ours) / slower * 100.0 } else { 0.0 }
+}
+
+/// Compares the guide's hits with the linear scan's, on a share of the rays.
+///
+/// # Errors
+/// At the first ray on which they differ.
+pub fn check_against_oracle(model: &Model, rays: &RaySet) -> anyhow::Result<()> {
+    let few = (ORACLE_TESTS / model.triangles.len().max(1)).clamp(16, ORACLE_RAYS);
+    let owned = OwnedIndex::build(
+        IndexKind::Linear,
+        &model.scene(),
+        &Case::usual(IndexKind::Linear).options,
+    )?;
+    let index = owned.index();
+    let all = rays.photon_count();
+    for (at, (ray, hit)) in
+        rays.of_first(all).iter().zip(rays.hits_of_first(all)).take(few).enumerate()
+    {
+        ensure!(
+            same_bits(index.closest_hit(ray), *hit),
+            "the linear scan and the guide differ on ray {at} of {}",
+            model.name
+        );
+    }
+    Ok(())
+}
+
+/// Builds an index of a model as a case says.
+///
+/// # Errors
+/// If an option is out of range.
+pub fn build(model: &Model, case: &Case) -> anyhow::Result<OwnedIndex> {
+    OwnedIndex::build(case.kind, &model.scene(), &case.options)
+        .with_context(|| format!("cannot build {} of {}", case.kind.name(), model.name))
+}
+
+/// Measures the cases on the same rays, on this thread; `progress` is called after each with 1.
+///
+/// # Errors
+/// If an index cannot be built, or an answer is not, bit for bit, the guide's.
+pub fn measure(
+    model: &Model,
+    cases: &[Case],
+    rays: &RaySet,
+    effort: &Effort,
+    progress: &mut dyn FnMut(),
+) -> anyhow::Result<Vec<Measurement>> {
+    // 1. Build.
+    let built = cases.iter().map(|case| build(model, case)).collect::<anyhow::Result<Vec<_>>>()?;
+    measure_built(model, cases, &built, rays, effort, progress)
+}
+
+/// As [`measure`], with indices built before.
+///
+/// # Errors
+/// If an answer is not, bit for bit, the guide's.
+pub fn measure_built(
+    model: &Model,
+    cases: &[Case],
+    built: &[OwnedIndex],
+    rays: &RaySet,
+    effort: &Effort,
+    progress: &mut dyn FnMut(),
+) -> anyhow::Result<Vec<Measurement>> {
+    let indices: Vec<AnyIndex<'_>> = built.iter().map(OwnedIndex::index).collect();
+
+    // 2. How many photons each can answer in the time.
+    let mut shares = Vec::new();
+    for index in &indices {
+        let probed = PROBE_PHOTONS.min(rays.photon_count());
+        let counters = checked(index, rays, probed)?;
+        let probe_rays = rays.of_first(probed).len();
+        shares.push(photons_within(effort, counters, probe_rays, probed).min(rays.photon_count()));
+    }
+    if effort.share == Share::Common {
+        let least = shares.iter().copied().min().unwrap_or(0);
+        shares.fill(least);
+    }
+
+    // 3. The answers.
+    let mut counters = Vec::new();
+    for (index, &photons) in indices.iter().zip(&shares) {
+        counters.push(checked(index, rays, photons)?);
+        progress();
+    }
+
+    // 4. The clock.
+    let mut times = vec![Vec::new(); cases.len()];
+    for _ in 0..effort.repetitions.max(1) {
+        for ((index, &photons), times) in indices.iter().zip(&shares).zip(&mut times) {
+            times.push(replay(index.as_ray_index(), rays.of_first(photons)));
+        }
+    }
+
+    let mut measurements = Vec::new();
+    for (at, case) in cases.iter().enumerate() {
+        let (index, photons) = (&indices[at], shares[at]);
+        let image = index.image();
+        measurements.push(Measurement {
+            case: case.clone(),
+            triangle_count: model.triangles.len(),
+            build_seconds: built[at].build_seconds(),
+            bytes: built[at].bytes(),
+            subdivision_bytes: built[at].bytes() - size_of_val(image.triangles()),
+            cluster_count: image.cluster_count(),
+            deepest_level: index.check()?.deepest_level,
+            photons,
+            ray_count: rays.of_first(photons).len(),
+            counters: counters[at],
+            seconds: Spread::of(&times[at]),
+            repetitions: times[at].len(),
+        });
+    }
+    Ok(measurements)
+}
+
+/// Answers the rays of the first photons, compares with the guide's hits, and says what it took.
+///
+/// # Errors
+/// At the first ray on which they differ.
+pub fn checked(index: &AnyIndex<'_>, rays: &RaySet, photons: u64) -> anyhow::Result<Counters> {
+    let mut counters = Counters::default();
+    let asked = rays.of_first(photons).iter().zip(rays.hits_of_first(photons));
+    for (at, (ray, expected)) in asked.enumerate() {
+        let found = index.closest_hit_counted(ray, &mut counters);
+        ensure!(
+            same_bits(found, *expected),
+            "{} answers ray {at} with {found:?} instead of {expected:?}: please report this scene",
+            index.kind().name()
+        );
+    }
+    Ok(counters)
+}
+
+/// The processor time of this thread, so that other programs' share of the processor is not counted; they
+/// still take some of its caches.
+fn replay(index: &(dyn RayIndex + Sync), rays: &[Ray]) -> f64 {
+    let start = ThreadTime::now();
+    for ray in rays {
+        black_box(index.closest_hit(black_box(ray)));
+    }
+    start.elapsed().as_secs_f64()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::paper::fig2;
+
+    #[test]
+    fn a_spread_has_its_middle() {
+        assert_eq!(Spread::of(&[3.0, 1.0, 2.0]), Spread { median: 2.0, min: 1.0, max: 3.0 });
+        assert_eq!(Spread::of(&[4.0, 1.0]).median, 2.5);
+    }
+
+    #[test]
+    fn gains_are_the_papers() {
+        assert!((gain_percent(51.55, 70.25) - 26.6).abs() < 0.05);
+        assert!((gain_percent(97.05, 95.92) - -1.2).abs() < 0.05);
+        assert_eq!(gain_percent(0.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn every_index_is_measured_and_agrees() {
+        let model = fig2();
+        let rays = RaySet::shoot(&model, 100, 1).unwrap();
+        check_against_oracle(&model, &rays).unwrap();
+        let cases: Vec<Case> = IndexKind::ALL.iter().map(|&kind| Case::usual(kind)).collect();
+        let effort = Effort { photons: 100, repetitions: 2, seconds: 0.1, share: Share::Own };
+        let mut steps = 0;
+        let measured = measure(&model, &cases, &rays, &effort, &mut || steps += 1).unwrap();
+        assert_eq!((measured.len(), steps), (IndexKind::ALL.len(), IndexKind::ALL.len()));
+        for one in &measured {
+            assert!(one.seconds.min > 0.0 && one.seconds.min <= one.seconds.max);
+            assert!(one.subdivision_bytes < one.bytes);
+            assert_eq!(one.repetitions, 2);
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! `arboleda compare`: every index on every scene, and what that depends on.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use arboleda::{Block, IndexKind, Options, cluster};
+use clap::Args;
+
+use super::output::{bytes, count, duration, say, table};
+use super::separation::{record as record_separation, separation_effort};
+use crate::OwnedIndex;
+use crate::bench::comparison::{self, SceneComparison};
+use crate::bench::plan::{Effort, Share};
+use crate::bench::progress::step_bar;
+use crate::bench::record::Recorder;
+use crate::bench::{counters, growth, levels, separation};
+use crate::report::{Canvas, CompareEvidence, compare_page, paint_clusters};
+use crate::scene::{Model, UpAxis, builtin, obj};
+
+/// Pixels of a picture in the page.
+const PICTURE: [u32; 2] = [600, 480];
+
+/// Compare every index on every scene: time, spread, memory, counters; with a page and a file
+#[derive(Args)]
+pub struct Compare {
+    /// Wavefront OBJ files, beside the built-in scenes
+    #[arg(value_name = "SCENE.obj")]
+    files: Vec<PathBuf>,
+    /// Only these built-in scenes, separated by commas; `none` for the files alone
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    scenes: Vec<String>,
+    /// Photons to each repetition
+    #[arg(long, value_name = "N", default_value_t = 30_000)]
+    photons: u64,
+    /// How often the rays are replayed
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    repetitions: usize,
+    /// Another seed gives other photons
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Write the page index.html, compare.csv and pictures to this folder; with it, scenes also grow, clusters move
+    /// apart, and automatic levels are checked
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print only figures that are the same on every machine and in every run: for a diff
+    #[arg(long, conflicts_with_all = ["files", "scenes", "photons", "repetitions", "seed", "out"])]
+    counters: bool,
+}
+
+impl Compare {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// If two indices do not agree, or a file cannot be read or written.
+    pub fn run(&self) -> anyhow::Result<()> {
+        if self.counters {
+            say!("{}", counters::lines()?.trim_end());
+            return Ok(());
+        }
+        let models = self.models()?;
+        let effort = Effort {
+            photons: self.photons,
+            repetitions: self.repetitions,
+            seconds: 0.3,
+            share: Share::Own,
+        };
+        let mut recorder = Recorder::new(self.seed);
+        let mut scenes = Vec::new();
+        for model in &models {
+            let bar = step_bar(comparison::steps(), &model.name);
+            let scene = comparison::run(model, &effort, self.seed, &mut || bar.inc(1))?;
+            bar.finish_and_clear();
+            print_scene(&scene);
+            recorder.add("compare", &scene.scene, &scene.measured);
+            scenes.push(scene);
+        }
+        let Some(folder) = &self.out else {
+            return Ok(());
+        };
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        self.write(folder, &models, &scenes, &effort, recorder)
+    }
+
+    /// The built-in scenes and the files, each with a light.
+    fn models(&self) -> anyhow::Result<Vec<Model>> {
+        let mut models = Vec::new();
+        match self.scenes.as_slice() {
+            [] => models.extend(builtin::ALL.iter().map(builtin::Builtin::build)),
+            [only] if only == "none" => {}
+            names => {
+                for name in names {
+                    models.push(builtin::require(name)?);
+                }
+            }
+        }
+        for path in &self.files {
+            models.push(obj::load(path)?);
+        }
+        ensure!(!models.is_empty(), "no scene is named");
+        Ok(models.into_iter().map(|model| model.with_default_light(UpAxis::Auto)).collect())
+    }
+
+    /// The rest of the studies, and the files.
+    fn write(
+        &self,
+        folder: &Path,
+        models: &[Model],
+        scenes: &[SceneComparison],
+        effort: &Effort,
+        mut recorder: Recorder,
+    ) -> anyhow::Result<()> {
+        let bar = step_bar(growth::steps(), "growth");
+        let growth = growth::run(effort, self.seed, &mut || bar.inc(1))?;
+        bar.finish_and_clear();
+        for row in &growth {
+            recorder.add("growth", row.family, &row.measured);
+        }
+
+        let bar = step_bar((models.len() * IndexKind::ALL.len()) as u64, "levels");
+        let quick = Effort { photons: self.photons.min(10_000), repetitions: 3, ..*effort };
+        let mut checks = Vec::new();
+        for model in models {
+            checks.extend(levels::run(model, &quick, self.seed, &|| bar.inc(1))?);
+        }
+        bar.finish_and_clear();
+        for check in &checks {
+            recorder.add("levels", &check.scene, std::slice::from_ref(&check.automatic));
+            recorder.add("levels", &check.scene, &check.tried);
+        }
+        print_checks(&checks);
+
+        let bar = step_bar(separation::steps(), "separation");
+        let apart = separation_effort(self.photons, self.repetitions);
+        let separation = separation::run(&apart, self.seed, &mut || bar.inc(1))?;
+        bar.finish_and_clear();
+        record_separation(&mut recorder, &separation);
+
+        let pictures = models
+            .iter()
+            .map(|model| picture(folder, model))
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        let pictures: Vec<(&Path, String)> =
+            pictures.iter().map(|(path, line)| (path.as_path(), line.clone())).collect();
+        let evidence = CompareEvidence {
+            scenes,
+            growth: &growth,
+            separation: &separation,
+            levels: &checks,
+            pictures: &pictures,
+            provenance: recorder.provenance(),
+            command: &format!(
+                "arboleda compare --photons {} --repetitions {} --seed {}",
+                self.photons, self.repetitions, self.seed
+            ),
+        };
+        let page = folder.join("index.html");
+        compare_page(&evidence)?.save(&page)?;
+        let file = folder.join("compare.csv");
+        recorder.write_csv(&file)?;
+        say!("page: {}, measurements: {}", page.display(), file.display());
+        Ok(())
+    }
+}
+
+/// Paints the clusters of a model, and says what they are.
+fn picture(folder: &Path, model: &Model) -> anyhow::Result<(PathBuf, String)> {
+    let (scene, options) = (model.scene(), Options::default());
+    let needed = cluster::scratch_capacity(model.triangles.len());
+    let mut scratch = vec![Block::ZERO; Block::count(needed)];
+    let clusters = cluster::find(&scene, &options, Block::bytes(&mut scratch))?;
+    let mut cluster_of = vec![0; model.triangles.len()];
+    for (number, ids) in (0..).zip(clusters.iter()) {
+        for &id in ids {
+            cluster_of[id as usize] = number;
+        }
+    }
+    let line = format!(
+        "{}: {} triangles, {} clusters in {} size classes",
+        model.name,
+        count(model.triangles.len() as u64),
+        count(clusters.count() as u64),
+        clusters.class_count()
+    );
+    let owned = OwnedIndex::build(IndexKind::BvhHierarchy, &scene, &options)?;
+    let index = owned.index();
+    let mut canvas = Canvas::new(PICTURE[0], PICTURE[1]);
+    let up = UpAxis::Auto.vector(model);
+    paint_clusters(&mut canvas, index.as_ray_index(), index.image(), &cluster_of, up);
+    let path = folder.join(format!("{}.clusters.png", model.name));
+    canvas.save(&path)?;
+    Ok((path, line))
+}
+
+fn print_scene(scene: &SceneComparison) {
+    let mut lines = table(&[
+        &scene.scene,
+        "build",
+        "bytes",
+        "photons/s",
+        "rays/s",
+        "slowest/fastest",
+        "nodes/ray",
+        "tests/ray",
+        "photons",
+    ]);
+    for one in &scene.measured {
+        lines.add_row([
+            one.case.kind.name().to_owned(),
+            duration(one.build_seconds),
+            bytes(one.bytes),
+            count(one.photons_per_second() as u64),
+            count(one.rays_per_second() as u64),
+            format!("{:.2}", one.seconds.max / one.seconds.min),
+            format!("{:.1}", one.nodes_per_ray()),
+            format!("{:.1}", one.tests_per_ray()),
+            count(one.photons),
+        ]);
+    }
+    say!("{lines}");
+}
+
+fn print_checks(checks: &[levels::LevelCheck]) {
+    let mut lines = table(&[
+        "automatic choice",
+        "level",
+        "cost/ray",
+        "cheapest",
+        "cost/ray",
+        "excess",
+        "fastest",
+        "excess time",
+    ]);
+    for check in checks {
+        let (cheapest, fastest) = (check.best_by_counters(), check.best_by_time());
+        lines.add_row([
+            format!("{} {}", check.scene, check.automatic.case.kind.name()),
+            check.automatic.deepest_level.to_string(),
+            format!("{:.2}", check.automatic.cost_per_ray()),
+            cheapest.case.setting.clone(),
+            format!("{:.2}", cheapest.cost_per_ray()),
+            format!("{:.1}%", check.excess_cost()),
+            fastest.case.setting.clone(),
+            format!("{:.1}%", check.excess_time()),
+        ]);
+    }
+    say!("{lines}");
+}

@@ -1,0 +1,166 @@
+//! `arboleda paper`: the paper's figure 3 and tables 1 to 3, measured again.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+
+use super::output::{bytes, count, say, table};
+use super::separation::{record as record_separation, separation_effort};
+use crate::bench::paper_figure3::{self, Figure3};
+use crate::bench::paper_tables::{self, PUBLISHED, SceneTable};
+use crate::bench::plan::{Effort, Share};
+use crate::bench::progress::step_bar;
+use crate::bench::record::Recorder;
+use crate::bench::separation;
+use crate::report::{PaperEvidence, paper_page};
+
+/// Measure the paper's figure 3 and tables 1 to 3 again, and compare
+#[derive(Args)]
+pub struct Paper {
+    /// Photons to each repetition
+    #[arg(long, value_name = "N", default_value_t = 30_000)]
+    photons: u64,
+    /// How often the rays are replayed
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    repetitions: usize,
+    /// Another seed gives other photons
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Write the page index.html and paper.csv to this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Paper {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// If two indices do not agree, or a file cannot be written.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let effort = Effort {
+            photons: self.photons,
+            repetitions: self.repetitions,
+            seconds: 0.15,
+            share: Share::Common,
+        };
+        let own = Effort { share: Share::Own, ..effort };
+        let steps = paper_figure3::steps() + PUBLISHED.len() as u64 * paper_tables::steps();
+        let bar = step_bar(steps, "paper");
+        let figure3 = paper_figure3::run(&own, self.seed, &mut || bar.inc(1))?;
+        let mut tables = Vec::new();
+        for published in PUBLISHED {
+            tables.push(paper_tables::run(published, &effort, self.seed, &|| bar.inc(1))?);
+        }
+        bar.finish_and_clear();
+        print_figure3(&figure3);
+        for table in &tables {
+            print_table(table);
+        }
+        match &self.out {
+            Some(folder) => self.write(folder, &figure3, &tables),
+            None => Ok(()),
+        }
+    }
+
+    /// The page and the file.
+    fn write(&self, folder: &Path, figure3: &Figure3, tables: &[SceneTable]) -> anyhow::Result<()> {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        let bar = step_bar(separation::steps(), "separation");
+        let effort = separation_effort(self.photons.min(30_000), self.repetitions);
+        let apart = separation::run(&effort, self.seed, &mut || bar.inc(1))?;
+        bar.finish_and_clear();
+
+        let mut recorder = Recorder::new(self.seed);
+        recorder.add("figure 3", "fig3", &figure3.hierarchy);
+        recorder.add("figure 3", "fig3", &figure3.single);
+        for table in tables {
+            for row in &table.rows {
+                let pair = [row.octree.clone(), row.grid.clone()];
+                recorder.add("tables 1 to 3", table.published.scene, &pair);
+            }
+        }
+        record_separation(&mut recorder, &apart);
+        let evidence = PaperEvidence {
+            figure3,
+            tables,
+            separation: &apart,
+            provenance: recorder.provenance(),
+            command: &format!(
+                "arboleda paper --photons {} --repetitions {} --seed {}",
+                self.photons, self.repetitions, self.seed
+            ),
+        };
+        let page = folder.join("index.html");
+        paper_page(&evidence).save(&page)?;
+        let file = folder.join("paper.csv");
+        recorder.write_csv(&file)?;
+        say!("page: {}, measurements: {}", page.display(), file.display());
+        Ok(())
+    }
+}
+
+fn print_figure3(figure3: &Figure3) {
+    let mut lines = table(&["figure 3", "level", "photons/s", "nodes/ray", "tests/ray", "bytes"]);
+    for one in figure3.hierarchy.iter().chain(&figure3.single) {
+        lines.add_row([
+            one.case.kind.name().to_owned(),
+            one.deepest_level.to_string(),
+            count(one.photons_per_second() as u64),
+            format!("{:.1}", one.nodes_per_ray()),
+            format!("{:.1}", one.tests_per_ray()),
+            bytes(one.bytes),
+        ]);
+    }
+    say!("{lines}");
+    for (level, gain) in figure3.gains() {
+        say!("level {level}: the hierarchy saves {gain:.1}%");
+    }
+}
+
+fn print_table(scene: &SceneTable) {
+    let mut lines = table(&[
+        scene.published.scene,
+        "us/photon",
+        "grid",
+        "gain",
+        "large grid",
+        "gain",
+        "nodes",
+        "grid",
+        "large",
+        "tests",
+        "grid",
+        "large",
+        "bytes",
+        "excess",
+        "large",
+    ]);
+    for row in &scene.rows {
+        lines.add_row([
+            row.level.to_string(),
+            format!("{:.3}", row.octree.microseconds_per_photon()),
+            format!("{:.3}", row.grid.microseconds_per_photon()),
+            format!("{:.1}%", row.gain()),
+            format!("{:.3}", row.pointer_grid.microseconds_per_photon()),
+            format!("{:.1}%", row.pointer_gain()),
+            format!("{:.1}", row.octree.nodes_per_ray()),
+            format!("{:.1}", row.grid.nodes_per_ray()),
+            format!("{:.1}", row.pointer_grid.nodes_per_ray()),
+            format!("{:.1}", row.octree.tests_per_ray()),
+            format!("{:.1}", row.grid.tests_per_ray()),
+            format!("{:.1}", row.pointer_grid.tests_per_ray()),
+            bytes(row.octree.subdivision_bytes),
+            format!("{:+.1}%", row.excess_bytes_percent()[0]),
+            bytes(row.pointer_grid.subdivision_bytes),
+        ]);
+    }
+    say!("{lines}");
+    say!(
+        "best against best: {:.1}%; against grids as large as octrees with pointers: {:.1}%; in the paper: {:.1}%",
+        scene.best_gain(),
+        scene.best_pointer_gain(),
+        scene.published.gain()
+    );
+}

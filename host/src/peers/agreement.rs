@@ -1,0 +1,85 @@
+//! How far a contender's answers are from the exact ones.
+//!
+//! The others round, so their `t` may differ a little. A ray through an edge hits two triangles at the
+//! same `t`: `arboleda` names the lower, others any of them. That counts as a disagreement too, and apart.
+
+use super::contender::PeerHit;
+
+/// The relative difference of `t` from which on it counts.
+const TOLERANCE: f32 = 1e-4;
+
+/// Answers that differ, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Disagreements {
+    /// There is a hit and none was found.
+    pub missed: usize,
+    /// There is no hit and one was found.
+    pub phantom: usize,
+    /// A hit at another `t`; on the same triangle or not.
+    pub elsewhere: usize,
+    /// Another triangle at the same `t`: a tie broken otherwise.
+    pub tied: usize,
+}
+
+impl Disagreements {
+    /// Compares closest hits.
+    pub fn of_hits(exact: &[PeerHit], answers: &[PeerHit]) -> Self {
+        let mut count = Self::default();
+        for (exact, answer) in exact.iter().zip(answers) {
+            match (exact.is_miss(), answer.is_miss()) {
+                (true, true) => {}
+                (false, true) => count.missed += 1,
+                (true, false) => count.phantom += 1,
+                (false, false) => {
+                    // Written so that NaN is a difference.
+                    let near = (answer.t - exact.t).abs() <= TOLERANCE * exact.t.abs();
+                    if !near {
+                        count.elsewhere += 1;
+                    } else if answer.triangle != exact.triangle {
+                        count.tied += 1;
+                    }
+                }
+            }
+        }
+        count
+    }
+
+    /// Compares occlusion.
+    pub fn of_occlusion(exact: &[bool], answers: &[bool]) -> Self {
+        let mut count = Self::default();
+        for pair in exact.iter().zip(answers) {
+            match pair {
+                (true, false) => count.missed += 1,
+                (false, true) => count.phantom += 1,
+                _ => {}
+            }
+        }
+        count
+    }
+
+    /// All together.
+    pub fn total(&self) -> usize {
+        self.missed + self.phantom + self.elsewhere + self.tied
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_is_counted_once() {
+        let hit = |triangle, t| PeerHit { triangle, t };
+        let exact =
+            [PeerHit::MISS, hit(1, 1.0), PeerHit::MISS, hit(2, 1.0), hit(3, 1.0), hit(4, 0.0)];
+        let answers =
+            [PeerHit::MISS, PeerHit::MISS, hit(0, 1.0), hit(2, 1.1), hit(4, 1.000_01), hit(4, 0.0)];
+        let count = Disagreements::of_hits(&exact, &answers);
+        assert_eq!(count, Disagreements { missed: 1, phantom: 1, elsewhere: 1, tied: 1 });
+        assert_eq!(count.total(), 4);
+        let not_a_number = Disagreements::of_hits(&[hit(0, 1.0)], &[hit(0, f32::NAN)]);
+        assert_eq!(not_a_number.elsewhere, 1);
+        let occlusion = Disagreements::of_occlusion(&[true, true, false], &[true, false, true]);
+        assert_eq!((occlusion.missed, occlusion.phantom, occlusion.total()), (1, 1, 2));
+    }
+}

@@ -1,0 +1,127 @@
+//! Intel's Embree 4, opened at run time: nothing of it is needed to compile.
+//!
+//! ```text
+//! library (the file, its functions) -> scene (safe: build, one ray, eight rays) -> Contender
+//! layout  (the C structures) ---------/
+//! ```
+//! Version 4 has no ray streams any more, so several rays together are a packet. The processor's mode
+//! that flushes subnormal numbers to zero, which Embree recommends, stays off: it is a state of the
+//! thread and would change the arithmetic of the others.
+//!
+//! # Source
+//! I. Wald, S. Woop, C. Benthin, G. S. Johnson, M. Ernst, *Embree: A Kernel Framework for Efficient CPU
+//! Ray Tracing*, 2014; the headers `rtcore_*.h` of Embree 4.4.
+
+mod layout;
+#[allow(unsafe_code)] // a C interface; all of it is called here
+mod library;
+
+use std::time::Instant;
+
+use arboleda::{Ray, Triangle};
+
+use self::layout::{Mesh, Packet, RayHit, SingleRay};
+use self::library::{Config, Quality, Robustness, Scene};
+use super::PeerError;
+use super::contender::{Batch, Built, Contender, Peer, PeerHit, Setting};
+
+/// Binned surface area; the usual triangle test.
+pub const MEDIUM: Peer = Peer {
+    name: "embree4-medium",
+    settings: &[
+        Setting { name: "isa=avx2", build: |t| build(t, AVX2, Quality::Medium, Robustness::Fast) },
+        Setting { name: "isa=best", build: |t| build(t, BEST, Quality::Medium, Robustness::Fast) },
+    ],
+};
+
+/// Spatial splits; the usual triangle test.
+pub const HIGH: Peer = Peer {
+    name: "embree4-high",
+    settings: &[
+        Setting { name: "isa=avx2", build: |t| build(t, AVX2, Quality::High, Robustness::Fast) },
+        Setting { name: "isa=best", build: |t| build(t, BEST, Quality::High, Robustness::Fast) },
+    ],
+};
+
+/// The scene flag "robust": boxes with a margin and Plücker coordinates for the triangles.
+pub const ROBUST: Peer = Peer {
+    name: "embree4-robust",
+    settings: &[
+        Setting {
+            name: "medium, isa=avx2",
+            build: |t| build(t, AVX2, Quality::Medium, Robustness::Robust),
+        },
+        Setting {
+            name: "medium, isa=best",
+            build: |t| build(t, BEST, Quality::Medium, Robustness::Robust),
+        },
+        Setting {
+            name: "high, isa=avx2",
+            build: |t| build(t, AVX2, Quality::High, Robustness::Robust),
+        },
+        Setting {
+            name: "high, isa=best",
+            build: |t| build(t, BEST, Quality::High, Robustness::Robust),
+        },
+    ],
+};
+
+/// AVX-512, which "best" takes where there is any, was often the slower.
+const AVX2: Config = Config(c"threads=1,isa=avx2");
+const BEST: Config = Config(c"threads=1");
+
+struct Embree {
+    scene: Scene,
+}
+
+fn build(
+    triangles: &[Triangle],
+    config: Config,
+    quality: Quality,
+    robustness: Robustness,
+) -> Result<Built<'static>, PeerError> {
+    // A program that uses Embree has a mesh with shared corners, and would not pay for finding them.
+    let mesh = Mesh::welded(triangles);
+    let start = Instant::now();
+    let scene = Scene::build(&mesh, config, quality, robustness)?;
+    let build_seconds = start.elapsed().as_secs_f64();
+    Ok(Built { contender: Box::new(Embree { scene }), build_seconds })
+}
+
+impl Contender for Embree {
+    fn bytes(&self) -> Option<usize> {
+        Some(self.scene.bytes())
+    }
+
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+        for (ray, answer) in rays.iter().zip(hits) {
+            let mut query = RayHit::new(ray);
+            self.scene.intersect(&mut query);
+            *answer = query.answer();
+        }
+    }
+
+    fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
+        for (ray, answer) in rays.iter().zip(answers) {
+            let mut query = SingleRay::new(ray);
+            self.scene.occluded(&mut query);
+            *answer = query.is_occluded();
+        }
+    }
+
+    fn batch(&self) -> Option<&dyn Batch> {
+        Some(self)
+    }
+}
+
+impl Batch for Embree {
+    fn closest_hits_together(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+        for (rays, hits) in rays.chunks(Packet::WIDTH).zip(hits.chunks_mut(Packet::WIDTH)) {
+            let mut packet = Packet::new(rays);
+            self.scene.intersect_packet(&mut packet);
+            for (lane, hit) in hits.iter_mut().enumerate() {
+                *hit = packet.answer(lane);
+            }
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Why a contender cannot take part.
+
+/// Why a contender cannot take part; the others still can.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PeerError {
+    /// There is no contender of this name.
+    #[error("there is no contender `{name}`; there are: {known}")]
+    Unknown {
+        /// The name given.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The shared library of Embree 4 could not be opened.
+    #[error(
+        "Embree 4 was not found ({reason}). Install it (package `libembree4-4`, or the Python package \
+         `embreex`, in whose folder `embreex.libs` it lies) and name the file in the environment \
+         variable EMBREE4_LIBRARY"
+    )]
+    EmbreeMissing {
+        /// What was tried and what was wrong.
+        reason: String,
+    },
+    /// It was compiled without instructions that the library needs.
+    #[error("{library} needs {needed}: compile with RUSTFLAGS=\"-C target-cpu=native\"")]
+    NeedsInstructions {
+        /// Whose index.
+        library: &'static str,
+        /// Which instructions.
+        needed: &'static str,
+    },
+    /// The library was there and did not build an index.
+    #[error("{library}: {reason}")]
+    Refused {
+        /// Whose index.
+        library: &'static str,
+        /// In its words.
+        reason: String,
+    },
+}

@@ -1,0 +1,78 @@
+//! Every library at every setting answers as ours does, as far as it can.
+
+use super::agreement::Disagreements;
+use super::ring::{Answers, Mode, answer};
+use super::*;
+use crate::scene::builtin;
+
+/// A share of answers that rounding may spoil. The cubes and the floor of the built-in scenes have
+/// many rays along edges; ties are counted apart.
+const WRONG_SHARE: f64 = 0.01;
+
+#[test]
+fn all_agree_with_ours() {
+    let model = builtin::require("fig2").unwrap();
+    let workload = Workload::new(&model, 5_000, 7).unwrap();
+    assert_eq!(workload.rays.len(), 5_000);
+    let mut answers = Answers::room(workload.rays.len());
+    for peer in PEERS {
+        for setting in peer.settings {
+            let built = match setting.build(&model.triangles) {
+                Err(PeerError::EmbreeMissing { .. } | PeerError::NeedsInstructions { .. }) => {
+                    continue;
+                }
+                built => built.unwrap(),
+            };
+            for mode in Mode::ALL {
+                if !answer(built.contender.as_ref(), mode, &workload, &mut answers) {
+                    continue;
+                }
+                let wrong = match mode {
+                    Mode::Occluded => {
+                        Disagreements::of_occlusion(&workload.occluded, &answers.occluded)
+                    }
+                    _ => Disagreements::of_hits(&workload.hits, &answers.hits),
+                };
+                let share = (wrong.total() - wrong.tied) as f64 / workload.rays.len() as f64;
+                let name = (peer.name, setting.name, mode.name());
+                assert!(share <= WRONG_SHARE, "{name:?}: {wrong:?}");
+            }
+            assert_ne!(built.contender.bytes(), Some(0));
+        }
+    }
+}
+
+#[test]
+fn ours_do_not_disagree_or_leak() {
+    let model = builtin::require("sphere").unwrap();
+    let options = ComparisonOptions {
+        ray_count: 2_000,
+        rounds: 1,
+        leak_ray_count: 2_000,
+        peers: &[],
+        ..ComparisonOptions::default()
+    };
+    let comparison = compare(&model, &options).unwrap();
+    assert_eq!(comparison.rows.len(), 2 * options.kinds.len());
+    for row in &comparison.rows {
+        assert_eq!((row.disagreements.total(), row.leaks), (0, Some(0)), "{}", row.contender);
+    }
+
+    let mut csv = Vec::new();
+    write_csv(&mut csv, &comparison.rows).unwrap();
+    let csv = String::from_utf8(csv).unwrap();
+    assert_eq!(
+        csv.lines().next(),
+        Some(
+            "scene,contender,mode,triangles,build_ms,bytes,mrays_median,mrays_min,mrays_max,\
+             disagreements,leaks"
+        )
+    );
+    assert_eq!(csv.lines().count(), comparison.rows.len() + 1);
+}
+
+#[test]
+fn an_unknown_library_is_answered_with_the_names() {
+    let message = build("raytracer", &[]).err().unwrap().to_string();
+    assert!(message.starts_with("there is no contender `raytracer`; there are: embree4-medium"));
+}

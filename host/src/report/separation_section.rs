@@ -1,0 +1,96 @@
+//! The part of pages about clusters that move apart.
+
+use super::html::{Page, signed_percent};
+use super::plot::{Plot, Scale, Series, Stroke, number};
+use crate::bench::plan::pairs;
+use crate::bench::separation::{GAPS, Gains, SeparationRow};
+
+/// Touching clusters have no place on a logarithmic axis; they stand here.
+const PLACE_OF_TOUCHING: f64 = 0.3;
+
+/// Plots and a table of what a hierarchy gains over a single index.
+pub fn separation_section(page: &mut Page, rows: &[SeparationRow]) {
+    page.heading("Gain against separation");
+    page.paragraph(
+        "Figure 3's clusters, from touching to 10,000 times their size apart; every index as it is built by \
+         default, alone and in each cluster. Counters: nodes and tests, weighted by the cost model. Memory: bytes \
+         beside the triangles. Saved is meant over the worse of the two; below 0 the hierarchy loses. Touching \
+         clusters are one cluster, and nothing is gained.",
+    );
+    page.plots(&[
+        plot(rows, "Time saved by the hierarchy", |gains| gains.time),
+        plot(rows, "Cost by counters saved", |gains| gains.counters),
+        plot(rows, "Memory saved", |gains| gains.memory),
+    ]);
+    let cells: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let gains = row.gains();
+            vec![
+                row.single.case.kind.name().to_owned(),
+                number(f64::from(row.gap)),
+                number(row.single.photons_per_second()),
+                number(row.clustered.photons_per_second()),
+                signed_percent(gains.time),
+                signed_percent(gains.counters),
+                signed_percent(gains.memory),
+                format!("{:.1}", row.single.nodes_per_ray()),
+                format!("{:.1}", row.clustered.nodes_per_ray()),
+                format!("{:.1}", row.single.tests_per_ray()),
+                format!("{:.1}", row.clustered.tests_per_ray()),
+                row.single.subdivision_bytes.to_string(),
+                row.clustered.subdivision_bytes.to_string(),
+            ]
+        })
+        .collect();
+    page.table(
+        "Alone against in each cluster; the gap is a multiple of a cluster's size",
+        &[
+            "index",
+            "gap",
+            "photons/s",
+            "clustered",
+            "time",
+            "counters",
+            "memory",
+            "nodes/ray",
+            "clustered",
+            "tests/ray",
+            "clustered",
+            "bytes",
+            "clustered",
+        ],
+        &cells,
+    );
+}
+
+fn plot(rows: &[SeparationRow], title: &str, value: fn(Gains) -> f64) -> Plot {
+    let place = |gap: u32| if gap == 0 { PLACE_OF_TOUCHING } else { f64::from(gap) };
+    let series = pairs().enumerate().map(|(colour, (single, _))| Series {
+        label: single.name().to_owned(),
+        colour,
+        stroke: Stroke::Solid,
+        points: rows
+            .iter()
+            .filter(|row| row.single.case.kind == single)
+            .map(|row| (place(row.gap), value(row.gains())))
+            .collect(),
+    });
+    let ticks = GAPS.iter().filter(|gap| gap.to_string().trim_end_matches('0').len() <= 1);
+    let label = |gap: u32| match gap {
+        0 => "touching".to_owned(),
+        gap => number(f64::from(gap)),
+    };
+    Plot {
+        title: title.to_owned(),
+        x_label: "gap, as a multiple of a cluster's size".to_owned(),
+        y_label: "saved, %".to_owned(),
+        x_scale: Scale::Logarithmic,
+        y_scale: Scale::Linear,
+        x_ticks: ticks
+            .filter(|gap| !gap.to_string().starts_with('3'))
+            .map(|&gap| (place(gap), label(gap)))
+            .collect(),
+        series: series.collect(),
+    }
+}
