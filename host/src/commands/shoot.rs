@@ -121,6 +121,8 @@ pub fn paint_light(canvas: &mut Canvas, owned: &OwnedIndex, model: &Model, shot:
 pub struct Row {
     /// Which index.
     pub kind: IndexKind,
+    /// How many clusters it works on; 1 for a simple one.
+    pub clusters: u32,
     /// How long it took to build, and how large it is.
     pub build_seconds: f64,
     /// See above.
@@ -158,6 +160,7 @@ impl Comparison<'_> {
                 OwnedIndex::build(kind, &self.build.scene(self.model), &self.build.options())
                     .with_context(|| format!("cannot build {}", kind.name()))?;
             let index = owned.index();
+            let clusters = index.image().cluster_count();
             let index = index.as_ray_index();
             let share = shares.then(|| shoot(self.model, index, &few, &|_| {}).digest);
             let options = if shares && kind == IndexKind::Linear { &few } else { &self.options };
@@ -165,7 +168,7 @@ impl Comparison<'_> {
             let shot = shoot(self.model, index, options, &|photons| bar.inc(photons));
             bar.finish_and_clear();
             let (build_seconds, bytes) = (owned.build_seconds(), owned.bytes());
-            rows.push(Row { kind, build_seconds, bytes, shot, share });
+            rows.push(Row { kind, clusters, build_seconds, bytes, shot, share });
         }
         Ok(rows)
     }
@@ -174,7 +177,8 @@ impl Comparison<'_> {
 /// Prints a table, and a line with the digest of each index; call [`check_digests`] first.
 pub fn print_rows(rows: &[Row]) {
     let counted = rows.iter().any(|row| row.shot.counters.is_some());
-    let mut headings = vec!["index", "build", "bytes", "photons", "rays/s", "photons/s"];
+    let mut headings =
+        vec!["index", "clusters", "build", "bytes", "photons", "rays/s", "photons/s"];
     if counted {
         headings.extend(["nodes/ray", "tests/ray"]);
     }
@@ -182,6 +186,7 @@ pub fn print_rows(rows: &[Row]) {
     for row in rows {
         let mut cells = vec![
             row.kind.name().to_owned(),
+            count(u64::from(row.clusters)),
             duration(row.build_seconds),
             bytes(row.bytes),
             count(row.shot.emitted_photons),
