@@ -13,7 +13,7 @@ use crate::auto::surface;
 use crate::geometry::Aabb;
 use crate::indices::Group;
 use crate::memory::{Arena, Words, size_of_slice};
-use crate::{BuildError, Options, Vec3};
+use crate::{BuildError, Vec3};
 
 /// Bins an axis. 8 cost about 2% more steps, 32 were no better.
 const BINS: usize = 16;
@@ -27,7 +27,7 @@ struct Item {
 }
 
 impl Item {
-    /// Twice the middle, which sorts like it.
+    /// The middle; halves are summed, so nothing overflows.
     fn middle(&self) -> Vec3 {
         self.bounds.lo * 0.5 + self.bounds.hi * 0.5
     }
@@ -39,7 +39,6 @@ pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
 
 pub(super) fn build(
     group: &Group<'_>,
-    options: &Options,
     words: &mut Words<'_>,
     scratch: &mut [u8],
 ) -> Result<(), BuildError> {
@@ -57,7 +56,7 @@ pub(super) fn build(
     }
     let start = words.len();
     words.extend(&[EMPTY; LANES]);
-    let link = Builder { group, options, words, start }.subtree(items, 0);
+    let link = Builder { group, words, start }.subtree(items, 0);
     words.set(start, link);
     Ok(())
 }
@@ -89,7 +88,6 @@ fn tests(count: usize) -> f64 {
 
 struct Builder<'b, 'w> {
     group: &'b Group<'b>,
-    options: &'b Options,
     words: &'b mut Words<'w>,
     /// The word from which rows count.
     start: usize,
@@ -106,7 +104,7 @@ impl Builder<'_, '_> {
         if items.len() <= LANES {
             return self.leaf(items);
         }
-        let parts = self.divide(items, depth);
+        let parts = Self::divide(items, depth);
         let row = self.row();
         let node = self.words.reserve(NODE_ROWS as usize * LANES);
         for lane in 0..LANES {
@@ -147,7 +145,7 @@ impl Builder<'_, '_> {
     }
 
     /// Sorts the items into two to eight parts.
-    fn divide(&self, items: &mut [Item], depth: u32) -> heapless::Vec<Part, LANES> {
+    fn divide(items: &mut [Item], depth: u32) -> heapless::Vec<Part, LANES> {
         let mut parts = heapless::Vec::new();
         let count = items.len();
         if parts.push(Part::of(items, 0, count)).is_err() {
@@ -166,7 +164,7 @@ impl Builder<'_, '_> {
                 break;
             };
             let Some(run) = items.get_mut(part.from..part.to) else { break };
-            let middle = if depth >= BALANCED_FROM { run.len() / 2 } else { self.halve(run) };
+            let middle = if depth >= BALANCED_FROM { run.len() / 2 } else { Self::halve(run) };
             let (from, middle, to) = (part.from, part.from + middle, part.to);
             *part = Part::of(items, from, middle);
             if parts.push(Part::of(items, middle, to)).is_err() {
@@ -178,8 +176,7 @@ impl Builder<'_, '_> {
 
     /// Divides more than eight items in two by the least estimated cost, and returns the length of the
     /// first part; in equal parts where no plane tells them apart.
-    fn halve(&self, items: &mut [Item]) -> usize {
-        let _ = self.options;
+    fn halve(items: &mut [Item]) -> usize {
         let middles = items.iter().fold(Aabb::EMPTY, |all, item| all.with_point(item.middle()));
         let (lo, extent) = (middles.lo.to_array(), middles.extent());
         let bin_of = |item: &Item, axis: usize| {

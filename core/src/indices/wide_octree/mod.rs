@@ -97,11 +97,11 @@ impl LocalIndex for WideOctree {
 
     fn build(
         group: &Group<'_>,
-        options: &Options,
+        _: &Options,
         words: &mut Words<'_>,
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
-        build::build(group, options, words, scratch)
+        build::build(group, words, scratch)
     }
 
     #[inline]
