@@ -28,6 +28,13 @@ pub trait RayIndex {
     /// Whether anything is hit between `t_min` and `t_max`.
     fn occluded(&self, ray: &Ray) -> bool;
 
+    /// The closest hit of each ray, or [`Hit::NONE`]: the same bits as one by one, and the faster way to ask
+    /// about many. Rays and hits beyond the shorter of both slices are left alone.
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
+
+    /// As [`RayIndex::occluded`], for each ray; see [`RayIndex::closest_hits`].
+    fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);
+
     /// Every hit by `(t, id)`, as far as `buffer` holds them: if they are more, the closest.
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h>;
 
@@ -271,6 +278,18 @@ impl<R: Representation> RayIndex for Index<'_, R> {
 
     fn occluded(&self, ray: &Ray) -> bool {
         self.any(ray, ())
+    }
+
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.closest(ray, ()).unwrap_or(Hit::NONE);
+        }
+    }
+
+    fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
+        for (ray, occluded) in rays.iter().zip(occluded) {
+            *occluded = self.any(ray, ());
+        }
     }
 
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {

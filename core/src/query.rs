@@ -31,9 +31,14 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// A value to fill buffers with; names no triangle.
+    /// Nothing was hit; also to fill buffers with. Names no triangle.
     pub const NONE: Self =
         Self { triangle: TriangleId(u32::MAX), t: f32::INFINITY, u: 0.0, v: 0.0 };
+
+    /// Tells whether nothing was hit.
+    pub fn is_none(&self) -> bool {
+        self.triangle == Self::NONE.triangle
+    }
 }
 
 /// All hits of a ray, as far as the caller's buffer holds them.

@@ -179,6 +179,14 @@ impl RayIndex for AnyIndex<'_> {
         self.as_ray_index().occluded(ray)
     }
 
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.as_ray_index().closest_hits(rays, hits);
+    }
+
+    fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.as_ray_index().occluded_each(rays, occluded);
+    }
+
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
         self.as_ray_index().all_hits(ray, buffer)
     }
