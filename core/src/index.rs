@@ -2,23 +2,23 @@
 //!
 //! [`RayIndex`] is what callers see, [`crate::indices::LocalIndex`] what an author of an index writes,
 //! and [`Index`] joins the two: one local index over everything, or one for each cluster below a
-//! cluster tree, in one arena.
+//! cluster tree, in one arena. An index that does not keep clusters apart writes a [`Structure`].
 
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
 use crate::cluster::{self, Clusters};
-use crate::geometry::{Ray, RaySpan};
-use crate::indices::{Group, Local, LocalIndex, Statistics, walk};
-use crate::memory::{Arena, ClusterNode, Image, Layout, NodeId, Words, encode_header, padded};
+use crate::geometry::Ray;
+use crate::indices::{Division, Statistics, Structure};
+use crate::memory::{
+    Arena, ClusterNode, Image, Layout, NodeId, WORDS_HOLD_TRIANGLES, Words, encode_header, padded,
+    size_of_slice,
+};
 use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
-use crate::{BuildError, ImageError, Options, Scene, Triangle, Vectors};
+use crate::{BuildError, ImageError, Options, Scene, Vectors};
 
 /// Answers ray queries. Every index over the same triangles gives the same bits.
 pub trait RayIndex {
-    /// The triangles, by id, as the index holds them.
-    fn triangles(&self) -> &[Triangle];
-
     /// The index itself: what to write to a file and read back with [`Index::from_bytes`].
     fn as_bytes(&self) -> &[u8];
 
@@ -54,19 +54,21 @@ pub struct Capacity {
     pub scratch: usize,
 }
 
-/// What an index consists of: a kind of local index, alone or one per cluster.
+/// What an index consists of: a structure over the whole scene, or over its clusters.
 ///
-/// Implemented for every [`LocalIndex`] (the *simple* representations) and for
-/// [`crate::Clustered`] of it (the *composite* ones).
+/// Implemented for every [`Structure`] (the *simple* representations) and for [`crate::Clustered`] of it
+/// (the *composite* ones).
 pub trait Representation: 'static {
-    /// The local index.
-    type Local: LocalIndex;
+    /// The structure.
+    type Structure: Structure;
     /// Whether the scene is divided into clusters.
     const CLUSTERED: bool;
     /// The name used on command lines and in tables.
     const NAME: &'static str;
     /// The number that tells images apart.
-    const KIND: u32 = <Self::Local as LocalIndex>::KIND | (Self::CLUSTERED as u32) << 16;
+    const KIND: u32 = <Self::Structure as Structure>::KIND
+        | (Self::CLUSTERED as u32) << 16
+        | if Self::Structure::HOLDS_TRIANGLES { WORDS_HOLD_TRIANGLES } else { 0 };
 }
 
 /// An index in an arena.
@@ -87,10 +89,12 @@ impl<R> Copy for Index<'_, R> {}
 impl<'a, R: Representation> Index<'a, R> {
     /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound.
     pub fn scratch_capacity(triangle_count: usize, options: &Options) -> usize {
-        let persistent = Clusters::bytes(triangle_count);
+        let most_nodes = if R::CLUSTERED { (2 * triangle_count).saturating_sub(1) } else { 1 };
+        let persistent = Clusters::bytes(triangle_count)
+            .saturating_add(size_of_slice::<ClusterNode>(most_nodes));
         let detect = if R::CLUSTERED { cluster::scratch_bytes(triangle_count) } else { 0 };
-        let local = padded(R::Local::scratch_bytes(triangle_count, options));
-        persistent.saturating_add(detect.max(local))
+        let build = padded(R::Structure::scratch_bytes(triangle_count, options));
+        persistent.saturating_add(detect.max(build))
     }
 
     /// The bytes that [`Index::build`] needs: a dry run, in `scratch_capacity` bytes of scratch.
@@ -149,41 +153,45 @@ impl<'a, R: Representation> Index<'a, R> {
             cluster::whole(scene, scratch).ok_or(scratch_full)?
         };
 
-        // 2. Lay out what is known already. In an arena too small for it, only count.
+        // 2. Join the clusters into the cluster tree.
+        let node_count = (2 * clusters.count()).saturating_sub(1);
+        let mut scratch = Arena::new(scratch).ok_or(scratch_full)?;
+        let nodes = scratch.take::<ClusterNode>(node_count).ok_or(scratch_full)?;
+        let scratch = scratch.into_rest();
+        for (leaf, ids) in nodes.iter_mut().zip(clusters.iter()) {
+            let bounds = cluster::bounds_of(triangles, ids);
+            *leaf = ClusterNode { bounds, links: [0; 2], parent: NodeId::NONE };
+        }
+        cluster::join(nodes, clusters.count(), scratch).ok_or(scratch_full)?;
+
+        // 3. Lay out what is known already. In an arena too small for it, only count.
         let given = arena.len();
-        let layout = Layout::new(triangles.len(), clusters.count());
+        let layout = Layout::new(R::KIND, triangles.len(), clusters.count());
         let (fixed, word_bytes) = match arena.split_at_mut_checked(layout.words) {
             Some((fixed, rest)) => (Some(fixed), rest),
             None => (None, Default::default()),
         };
         let fixed = fixed.map(|bytes| layout.split(bytes));
-        let (header, triangle_bytes, nodes) = fixed.unwrap_or_default();
+        let (header, triangle_bytes, node_bytes) = fixed.unwrap_or_default();
 
-        // 3. One local index for each cluster, one after the other.
+        // 4. The structure over them.
         let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
         let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
         let mut words = Words::new(bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default());
-        for (at, ids) in clusters.iter().enumerate() {
-            let bounds = cluster::bounds_of(triangles, ids);
-            let first = words.len();
-            R::Local::build(&Group { triangles, ids, bounds }, options, &mut words, scratch)?;
-            if words.len() > u32::MAX as usize {
-                return Err(BuildError::TooLarge);
-            }
-            if let Some(leaf) = nodes.get_mut(at) {
-                let links = [first as u32, (words.len() - first) as u32];
-                *leaf = ClusterNode { bounds, links, parent: NodeId::NONE };
-            }
+        let division = Division { triangles, clusters: &clusters, nodes: &mut *nodes };
+        R::Structure::build(division, options, &mut words, scratch)?;
+        if words.len() > u32::MAX as usize {
+            return Err(BuildError::TooLarge);
         }
         let needed = layout.total(words.len());
         if given < needed {
             return Err(BuildError::ArenaFull { needed, given });
         }
 
-        // 4. Join the clusters into the cluster tree.
-        cluster::join(nodes, clusters.count(), scratch).ok_or(scratch_full)?;
-
-        // 5. The triangles, and the header last.
+        // 5. The tree, the triangles, and the header last.
+        for (to, from) in node_bytes.iter_mut().zip(nodes.iter()) {
+            *to = *from;
+        }
         for (to, from) in triangle_bytes.iter_mut().zip(bytemuck::must_cast_slice(triangles)) {
             *to = *from;
         }
@@ -211,20 +219,13 @@ impl<'a, R: Representation> Index<'a, R> {
         Ok(index)
     }
 
-    /// Walks all local indices, checks their invariants, and says what they consist of.
+    /// Walks the whole structure, checks its invariants, and says what it consists of.
     ///
     /// # Errors
     /// [`ImageError::Malformed`]; never for an index that `build` returned.
     pub fn check(&self) -> Result<Statistics, ImageError> {
-        let mut sum = Statistics::default();
-        let clusters = self.image.cluster_count() as usize;
-        for (at, leaf) in self.image.nodes().iter().take(clusters).enumerate() {
-            let local = Local::of(&self.image, leaf);
-            let part = R::Local::check(&local)
-                .ok_or(ImageError::Malformed { part: R::NAME, at: at as u32 })?;
-            sum = sum.joined(part);
-        }
-        Ok(sum)
+        R::Structure::check(&self.image)
+            .map_err(|cluster| ImageError::Malformed { part: R::NAME, at: cluster })
     }
 
     /// The same index, restricted to these vector instructions; as built or read, it uses the best that
@@ -247,13 +248,13 @@ impl<'a, R: Representation> Index<'a, R> {
     fn run<Q: Query>(&self, ray: &Ray, query: &mut Q) {
         // Both outcomes end the walk; the query knows the answer.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            walk::<R::Local, Q>(&self.image, &RaySpan::new(ray).with_vectors(self.vectors), query);
+            R::Structure::traverse(&self.image, ray, self.vectors, query);
     }
 
     fn closest<C: Count>(&self, ray: &Ray, count: C) -> Option<Hit> {
         let mut query = Closest::new(ray, count);
         self.run(ray, &mut query);
-        query.finish(self.image.triangles())
+        query.finish()
     }
 
     fn any<C: Count>(&self, ray: &Ray, count: C) -> bool {
@@ -264,10 +265,6 @@ impl<'a, R: Representation> Index<'a, R> {
 }
 
 impl<R: Representation> RayIndex for Index<'_, R> {
-    fn triangles(&self) -> &[Triangle] {
-        self.image.triangles()
-    }
-
     fn as_bytes(&self) -> &[u8] {
         self.image.bytes()
     }
@@ -295,7 +292,7 @@ impl<R: Representation> RayIndex for Index<'_, R> {
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
         let mut query = All::new(ray, buffer, ());
         self.run(ray, &mut query);
-        query.finish(self.image.triangles())
+        query.finish()
     }
 
     fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {

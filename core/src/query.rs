@@ -8,7 +8,8 @@ use core::ops::ControlFlow;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::geometry::{Ray, Triangle, kernel, last_parameter};
+use crate::geometry::kernel::{self, Meeting};
+use crate::geometry::{Ray, Triangle, last_parameter};
 
 /// The place of a triangle in the scene it was built from.
 ///
@@ -127,17 +128,18 @@ pub(crate) struct Closest<'r, C> {
     id: TriangleId,
     t: f32,
     last: f64,
+    meeting: Option<Meeting<'r>>,
 }
 
 impl<'r, C: Count> Closest<'r, C> {
     pub fn new(ray: &'r Ray, count: C) -> Self {
         let t = ray.t_max();
-        Self { ray, count, id: Hit::NONE.triangle, t, last: last_parameter(t) }
+        let id = Hit::NONE.triangle;
+        Self { ray, count, id, t, last: last_parameter(t), meeting: None }
     }
 
-    pub fn finish(self, triangles: &[Triangle]) -> Option<Hit> {
-        let triangle = triangles.get(self.id.0 as usize)?;
-        let (u, v) = kernel::barycentric(self.ray, triangle);
+    pub fn finish(self) -> Option<Hit> {
+        let (u, v) = self.meeting?.weights();
         Some(Hit { triangle: self.id, t: self.t, u, v })
     }
 }
@@ -170,12 +172,13 @@ impl<C: Count> Query for Closest<'_, C> {
 
     #[inline]
     fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
-        if let Some(t) = kernel::hit_distance(self.ray, triangle, self.ray.t_min(), self.t)
-            && (t < self.t || id < self.id)
+        if let Some(meeting) = kernel::meet(self.ray, triangle, self.ray.t_min(), self.t)
+            && (meeting.t() < self.t || id < self.id)
         {
-            self.t = t;
+            self.t = meeting.t();
             self.id = id;
-            self.last = last_parameter(t);
+            self.last = last_parameter(self.t);
+            self.meeting = Some(meeting);
         }
         ControlFlow::Continue(())
     }
@@ -224,7 +227,7 @@ impl<C: Count> Query for Occluded<'_, C> {
     #[inline]
     fn decide(&mut self, _: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         let ray = self.ray;
-        if kernel::hit_distance(ray, triangle, ray.t_min(), ray.t_max()).is_some() {
+        if kernel::meet(ray, triangle, ray.t_min(), ray.t_max()).is_some() {
             self.found = true;
             return ControlFlow::Break(());
         }
@@ -250,14 +253,8 @@ impl<'r, 'h, C: Count> All<'r, 'h, C> {
         Self { ray, count, buffer, filled: 0, truncated: false, t_max, last }
     }
 
-    pub fn finish(self, triangles: &[Triangle]) -> AllHits<'h> {
-        let buffer: &'h mut [Hit] = self.buffer;
-        for hit in buffer.iter_mut().take(self.filled) {
-            if let Some(triangle) = triangles.get(hit.triangle.0 as usize) {
-                (hit.u, hit.v) = kernel::barycentric(self.ray, triangle);
-            }
-        }
-        let hits: &'h [Hit] = buffer;
+    pub fn finish(self) -> AllHits<'h> {
+        let hits: &'h [Hit] = self.buffer;
         AllHits { hits: hits.get(..self.filled).unwrap_or(&[]), truncated: self.truncated }
     }
 
@@ -312,8 +309,9 @@ impl<C: Count> Query for All<'_, '_, C> {
 
     #[inline]
     fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
-        if let Some(t) = kernel::hit_distance(self.ray, triangle, self.ray.t_min(), self.t_max) {
-            self.insert(Hit { triangle: id, t, u: 0.0, v: 0.0 });
+        if let Some(meeting) = kernel::meet(self.ray, triangle, self.ray.t_min(), self.t_max) {
+            let (u, v) = meeting.weights();
+            self.insert(Hit { triangle: id, t: meeting.t(), u, v });
         }
         if self.truncated && self.buffer.is_empty() {
             return ControlFlow::Break(());

@@ -3,7 +3,7 @@
 //! `from_bytes` must not panic, and what it accepts must be safe to query. See
 //! `arboleda_tests::hostile` for what "safe" means.
 
-use arboleda::{ImageError, IndexKind, Level, Options, Ray, Scene, Vec3};
+use arboleda::{ImageError, IndexKind, Level, Options, Ray, Scene, Triangle, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::hostile::{is_harmless, offset_in, small_options, with_words};
 use arboleda_tests::random::Random;
@@ -12,10 +12,14 @@ use arboleda_tests::{parallel, rays, scenes};
 const DEBUG: bool = cfg!(debug_assertions);
 
 /// A small image of every kind, with several clusters where the kind has any.
-fn images() -> Vec<Built> {
+fn two_lattices() -> Vec<Triangle> {
     let near = scenes::lattice(14, 2, 3);
     let far = scenes::moved(&scenes::lattice(10, 2, 4), 1.0, Vec3::splat(300.0));
-    let triangles = [near, far].concat();
+    [near, far].concat()
+}
+
+fn images() -> Vec<Built> {
+    let triangles = two_lattices();
     let built = IndexKind::ALL.iter().map(|&kind| {
         Built::new(kind, &Scene::new(&triangles), &small_options()).expect("an ordinary scene")
     });
@@ -23,9 +27,8 @@ fn images() -> Vec<Built> {
 }
 
 /// Few, since each is asked of every damaged image.
-fn some_rays(image: &Built) -> Vec<Ray> {
-    use arboleda::RayIndex;
-    rays::around(image.index().triangles(), 6, 1)
+fn some_rays(triangles: &[Triangle]) -> Vec<Ray> {
+    rays::around(triangles, 6, 1)
 }
 
 #[test]
@@ -47,7 +50,7 @@ fn every_truncation_is_refused() {
 #[test]
 fn every_flipped_bit_is_harmless() {
     for image in images() {
-        let rays = some_rays(&image);
+        let rays = some_rays(&two_lattices());
         let bits = image.bytes().len() * 8;
         let accepted = parallel::map(bits.div_ceil(64), |job| {
             let mut damaged = Built::copied(image.kind(), image.bytes());
@@ -70,7 +73,7 @@ fn every_flipped_bit_is_harmless() {
 fn replaced_words_are_harmless() {
     let rounds = if DEBUG { 2_000 } else { 40_000 };
     for image in images() {
-        let rays = some_rays(&image);
+        let rays = some_rays(&two_lattices());
         let word_count = image.bytes().len() / 4;
         parallel::map(rounds / 1_000, |job| {
             let mut random = Random::new(job as u64);
@@ -105,7 +108,7 @@ fn random_words_below_a_valid_header_are_harmless() {
     let triangles = scenes::lattice(9, 2, 5);
     for &kind in IndexKind::ALL {
         let valid = Built::new(kind, &Scene::new(&triangles), &one_cluster()).expect("one cluster");
-        let rays = some_rays(&valid);
+        let rays = some_rays(&triangles);
         let mut random = Random::new(9);
         let mut accepted = 0;
         for _ in 0..if DEBUG { 2_000 } else { 20_000 } {
@@ -173,7 +176,7 @@ fn an_octree_deeper_than_the_walk_is_refused() {
     let triangles = scenes::lattice(9, 2, 5);
     for kind in [IndexKind::Octree, IndexKind::OctreeHierarchy] {
         let valid = Built::new(kind, &Scene::new(&triangles), &one_cluster()).expect("one cluster");
-        let rays = some_rays(&valid);
+        let rays = some_rays(&triangles);
         for depth in 0..200 {
             let forged = with_words(&valid, &chain(depth));
             let accepted = is_harmless(&forged, &rays) > 0;
@@ -197,7 +200,7 @@ fn rewired_cluster_trees_are_harmless() {
         let nodes = index.image().nodes();
         assert_eq!(nodes.len(), 11, "six clusters");
         let start = offset_in(built.bytes(), nodes);
-        let rays = some_rays(&built);
+        let rays = some_rays(&triangles);
         // Three words a node: two links and the parent.
         let places: Vec<usize> = (0..33).map(|i| start + i / 3 * 36 + 24 + i % 3 * 4).collect();
         let values: Vec<u32> = (0..12).chain([u32::MAX, 1 << 31]).collect();

@@ -60,6 +60,13 @@ impl Clusters<'_> {
         })
     }
 
+    /// The triangles of one cluster, ascending; none if there is no such cluster.
+    pub fn get(&self, cluster: usize) -> &[u32] {
+        let start = cluster.checked_sub(1).map_or(Some(0), |before| self.ends.get(before).copied());
+        let ends = start.zip(self.ends.get(cluster).copied());
+        ends.and_then(|(start, end)| self.order.get(start as usize..end as usize)).unwrap_or(&[])
+    }
+
     /// The scratch that a division occupies as long as it is used.
     pub(crate) const fn bytes(triangle_count: usize) -> usize {
         size_of_slice::<u32>(triangle_count).saturating_mul(3)

@@ -71,13 +71,22 @@ pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
     if surely_missed(ray, triangle) {
         return None;
     }
-    let t = hit_distance(ray, triangle, ray.t_min(), ray.t_max())?;
-    let (u, v) = barycentric(ray, triangle);
-    Some(Intersection { t, u, v })
+    let meeting = meet(ray, triangle, ray.t_min(), ray.t_max())?;
+    let (u, v) = meeting.weights();
+    Some(Intersection { t: meeting.t, u, v })
 }
 
-/// The `t` of the hit, if there is one with `t_min <= t <= t_max`; without the `f32` filter.
-pub fn hit_distance(ray: &Ray, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<f32> {
+/// A ray that hits a triangle; where in the triangle is found out when asked.
+#[derive(Clone, Copy)]
+pub struct Meeting<'r> {
+    volumes: Volumes<'r>,
+    det_sign: i32,
+    t: f32,
+}
+
+/// The hit with `t_min <= t <= t_max`, if there is one; without the `f32` filter.
+#[inline]
+pub fn meet<'r>(ray: &'r Ray, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<Meeting<'r>> {
     let volumes = Volumes::new(ray, triangle);
     let det_sign = volumes.hit_sign()?;
     let t = volumes.t_quotient(det_sign);
@@ -86,18 +95,24 @@ pub fn hit_distance(ray: &Ray, triangle: &Triangle, t_min: f32, t_max: f32) -> O
         return None;
     }
     let t = t.round();
-    (t_min <= t && t <= t_max && t.is_finite()).then_some(t)
+    let inside = t_min <= t && t <= t_max && t.is_finite();
+    inside.then_some(Meeting { volumes, det_sign, t })
 }
 
-/// `u` and `v` of the point where the ray's line meets the triangle's plane; call it for hits only.
-pub fn barycentric(ray: &Ray, triangle: &Triangle) -> (f32, f32) {
-    let volumes = Volumes::new(ray, triangle);
-    let Some(det_sign) = volumes.hit_sign() else {
-        return (0.0, 0.0);
-    };
-    let u = volumes.u_quotient(det_sign).round();
-    let v = volumes.v_quotient(det_sign).round();
-    (u, clamped(u, v))
+impl Meeting<'_> {
+    /// See [`Intersection::t`].
+    #[inline]
+    pub fn t(&self) -> f32 {
+        self.t
+    }
+
+    /// See [`Intersection::u`] and [`Intersection::v`].
+    #[inline]
+    pub fn weights(&self) -> (f32, f32) {
+        let u = self.volumes.u_quotient(self.det_sign).round();
+        let v = self.volumes.v_quotient(self.det_sign).round();
+        (u, clamped(u, v))
+    }
 }
 
 /// The largest `f32` that is at most `v` and at most the exact `1 - u`.
@@ -188,9 +203,10 @@ impl Approximate {
 }
 
 /// The volumes of one ray and one triangle in `f64`, and the way to the exact ones.
+#[derive(Clone, Copy)]
 struct Volumes<'r> {
     ray: &'r Ray,
-    triangle: &'r Triangle,
+    triangle: Triangle,
     t: Approximate,
     u: Approximate,
     v: Approximate,
@@ -199,7 +215,7 @@ struct Volumes<'r> {
 }
 
 impl<'r> Volumes<'r> {
-    fn new(ray: &'r Ray, triangle: &'r Triangle) -> Self {
+    fn new(ray: &'r Ray, triangle: &Triangle) -> Self {
         const R: f64 = f64::EPSILON / 2.0;
         let wide = |v: Vec3| [f64::from(v.x), f64::from(v.y), f64::from(v.z)];
         let minus = |p: V3, q: V3| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
@@ -225,7 +241,7 @@ impl<'r> Volumes<'r> {
         let bound = |value: f64, error: f64| Approximate { value, error };
         Self {
             ray,
-            triangle,
+            triangle: *triangle,
             t: bound(t, 56.0 * R * a_max * e_max * e_max),
             u: bound(u, 48.0 * R * de * a_max),
             v: bound(v, 48.0 * R * de * a_max),
@@ -253,7 +269,7 @@ impl<'r> Volumes<'r> {
         Exact {
             origin: self.ray.origin(),
             direction: self.ray.direction(),
-            triangle: *self.triangle,
+            triangle: self.triangle,
         }
     }
 

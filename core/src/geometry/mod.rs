@@ -1,7 +1,7 @@
 //! Values without policy: rays, boxes, triangles, and the exact test between a ray and a triangle.
 //!
 //! ```text
-//! Ray (checked once) --+-- kernel::hit_distance ---- f32 filter -> f64 filter -> Expansion
+//! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Expansion
 //!                      +-- RaySpan (clip, plane) --- conservative slabs for the indices
 //! ```
 //!

@@ -14,7 +14,6 @@
 //! Where `d` is 0 the ray runs along the plane: it is on the low side, the high side, or in it.
 
 use super::{Aabb, Ray};
-use crate::Vectors;
 
 /// A part of a ray, `from <= t <= to`; empty if `from > to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +43,6 @@ pub struct RaySpan {
     inverse: [f64; 3],
     span: Span,
     sign_mask: usize,
-    vectors: Vectors,
 }
 
 /// Relative widening; see the module's documentation.
@@ -65,7 +63,6 @@ impl RaySpan {
                 to: last_parameter(ray.t_max()),
             },
             sign_mask: negative(0, d[0]) | negative(1, d[1]) | negative(2, d[2]),
-            vectors: Vectors::COMPILED,
         }
     }
 
@@ -77,17 +74,6 @@ impl RaySpan {
     /// Bit `axis` is set where the ray runs towards smaller coordinates.
     pub fn sign_mask(&self) -> usize {
         self.sign_mask
-    }
-
-    /// Allows more vector instructions than the crate is compiled for.
-    #[must_use]
-    pub fn with_vectors(self, vectors: Vectors) -> Self {
-        Self { vectors, ..self }
-    }
-
-    /// The vector instructions that may be used.
-    pub fn vectors(&self) -> Vectors {
-        self.vectors
     }
 
     /// The origin and the direction on one axis.

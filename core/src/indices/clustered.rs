@@ -3,22 +3,67 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
-use super::{Local, LocalIndex};
+use super::{Division, Group, Local, LocalIndex, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
-use crate::geometry::{RaySpan, Span};
+use crate::geometry::{Ray, RaySpan, Span};
 use crate::index::Representation;
-use crate::memory::{ClusterNode, Image, NodeId};
+use crate::memory::{ClusterNode, Image, NodeId, Words};
 use crate::query::Query;
+use crate::{BuildError, Options, Vectors};
 
-/// One local index `L` per cluster, below a binary tree of the clusters.
+/// A structure `S` over the clusters of the scene.
 ///
-/// `Clustered<Octree>` is the octree hierarchy of the paper.
-pub struct Clustered<L>(PhantomData<L>);
+/// `Clustered<Octree>` is the octree hierarchy of the paper: an octree for each cluster, below a binary
+/// tree of the clusters.
+pub struct Clustered<S>(PhantomData<S>);
 
-impl<L: LocalIndex> Representation for Clustered<L> {
-    type Local = L;
+impl<S: Structure> Representation for Clustered<S> {
+    type Structure = S;
     const CLUSTERED: bool = true;
-    const NAME: &'static str = L::HIERARCHY_NAME;
+    const NAME: &'static str = S::HIERARCHY_NAME;
+}
+
+impl<L: LocalIndex> Structure for L {
+    const NAME: &'static str = L::NAME;
+    const HIERARCHY_NAME: &'static str = L::HIERARCHY_NAME;
+    const KIND: u32 = L::KIND;
+
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+        L::scratch_bytes(triangle_count, options)
+    }
+
+    fn build(
+        division: Division<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError> {
+        let triangles = division.triangles;
+        for (leaf, ids) in division.nodes.iter_mut().zip(division.clusters.iter()) {
+            let first = words.len();
+            L::build(&Group { triangles, ids, bounds: leaf.bounds }, options, words, scratch)?;
+            leaf.links = [first as u32, (words.len() - first) as u32];
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn traverse<Q: Query>(
+        image: &Image<'_>,
+        ray: &Ray,
+        _: Vectors,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        walk::<L, Q>(image, &RaySpan::new(ray), query)
+    }
+
+    fn check(image: &Image<'_>) -> Result<Statistics, u32> {
+        let mut sum = Statistics::default();
+        for (cluster, leaf) in (0..image.cluster_count()).zip(image.nodes()) {
+            sum = sum.joined(L::check(&Local::of(image, leaf)).ok_or(cluster)?);
+        }
+        Ok(sum)
+    }
 }
 
 /// Walks the cluster tree, and the local index of every cluster whose box the ray enters.
@@ -28,7 +73,7 @@ impl<L: LocalIndex> Representation for Clustered<L> {
 ///
 /// # Source
 /// Aguilera et al., algorithms 3 and 4; nearest first is an addition.
-pub(crate) fn walk<L: LocalIndex, Q: Query>(
+fn walk<L: LocalIndex, Q: Query>(
     image: &Image<'_>,
     ray: &RaySpan,
     query: &mut Q,

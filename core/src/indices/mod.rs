@@ -24,7 +24,6 @@ use core::ops::ControlFlow;
 pub use bsp_tree::BspTree;
 pub use bvh::Bvh;
 pub use clustered::Clustered;
-pub(crate) use clustered::walk;
 pub use kd_tree::KdTree;
 pub use linear::Linear;
 pub use octree::Octree;
@@ -34,11 +33,12 @@ pub(crate) use uniform_grid::MOST_CELLS_ON_AXIS;
 pub use uniform_grid::UniformGrid;
 pub use wide_octree::WideOctree;
 
-use crate::geometry::{Aabb, RaySpan, Span, Triangle};
+use crate::cluster::Clusters;
+use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
 use crate::index::Representation;
 use crate::memory::{ClusterNode, Image, Words};
 use crate::query::{Query, TriangleId};
-use crate::{BuildError, Options};
+use crate::{BuildError, Options, Vectors};
 
 /// A spatial index over one group of triangles, written as a run of `u32` words.
 ///
@@ -80,10 +80,65 @@ pub trait LocalIndex: 'static {
     fn check(local: &Local<'_>) -> Option<Statistics>;
 }
 
-impl<L: LocalIndex> Representation for L {
-    type Local = L;
+/// What lies over all clusters and answers queries.
+///
+/// Every [`LocalIndex`] is one: an index for each cluster, below the cluster tree. An index that mixes
+/// both in its own nodes implements this instead.
+pub trait Structure: 'static {
+    /// The name of the simple representation, for command lines and tables.
+    const NAME: &'static str;
+    /// The name of the clustered representation.
+    const HIERARCHY_NAME: &'static str;
+    /// The number that tells images apart, below 2^16, never used again for another format.
+    const KIND: u32;
+    /// Whether the words hold the triangles, so that the image need not.
+    const HOLDS_TRIANGLES: bool = false;
+
+    /// A bound on the scratch bytes that `triangle_count` triangles need, however they are divided.
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
+
+    /// Writes the index to `words`, and tells the leaves of the cluster tree which words are theirs. What
+    /// is written must depend on the arguments only, and not on words read back.
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`] if links outgrow their field.
+    fn build(
+        division: Division<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError>;
+
+    /// Shows `query` the triangles near the ray.
+    fn traverse<Q: Query>(
+        image: &Image<'_>,
+        ray: &Ray,
+        vectors: Vectors,
+        query: &mut Q,
+    ) -> ControlFlow<()>;
+
+    /// Checks everything on which `traverse` relies to end and to stay inside, for any words, and says
+    /// what the index consists of. Cost: linear.
+    ///
+    /// # Errors
+    /// The number of the cluster in which something is wrong.
+    fn check(image: &Image<'_>) -> Result<Statistics, u32>;
+}
+
+impl<S: Structure> Representation for S {
+    type Structure = S;
     const CLUSTERED: bool = false;
-    const NAME: &'static str = L::NAME;
+    const NAME: &'static str = S::NAME;
+}
+
+/// A scene that has been divided into clusters.
+pub struct Division<'a> {
+    /// All triangles of the scene.
+    pub triangles: &'a [Triangle],
+    /// The clusters; one if they are not asked for.
+    pub clusters: &'a Clusters<'a>,
+    /// The cluster tree; a leaf's links are the structure's affair.
+    pub nodes: &'a mut [ClusterNode],
 }
 
 /// What a local index is built from.

@@ -4,7 +4,7 @@ use super::{BspTree, Bvh, Clustered, KdTree, Linear, Octree, OctreeR, UniformGri
 use crate::index::{Capacity, Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
-use crate::{BuildError, ImageError, Options, Ray, Scene, Triangle, indices::Statistics};
+use crate::{BuildError, ImageError, Options, Ray, Scene, indices::Statistics};
 
 registry! {
     /// Every triangle, one after the other: the oracle.
@@ -163,10 +163,6 @@ macro_rules! registry {
 use registry;
 
 impl RayIndex for AnyIndex<'_> {
-    fn triangles(&self) -> &[Triangle] {
-        self.image().triangles()
-    }
-
     fn as_bytes(&self) -> &[u8] {
         self.image().bytes()
     }

@@ -5,7 +5,9 @@
 //! ```
 //! Each section starts at a multiple of 64 bytes; bytes between are zero. The first `cluster_count`
 //! nodes of the cluster tree are its leaves, in cluster order; an inner node comes after its children;
-//! the root is last. The words hold one local index per cluster, one after the other.
+//! the root is last. The words hold one local index per cluster, one after the other, or one index over
+//! all clusters, which then belongs to the first. A kind whose words hold the triangles (bit 17 of the
+//! kind) has no section of them.
 //!
 //! Values are in the byte order of the machine that wrote them; another one refuses the image.
 //!
@@ -48,6 +50,8 @@ pub struct ClusterNode {
 const MAGIC: u32 = u32::from_le_bytes(*b"ARBL");
 const BYTE_ORDER: u32 = 0x0102_0304;
 const VERSION: u32 = 1;
+/// In a kind: there is no section of triangles.
+pub(crate) const WORDS_HOLD_TRIANGLES: u32 = 1 << 17;
 
 /// The first 64 bytes of an image.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -74,7 +78,8 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    pub const fn new(triangle_count: usize, cluster_count: usize) -> Self {
+    pub const fn new(kind: u32, triangle_count: usize, cluster_count: usize) -> Self {
+        let triangle_count = if kind & WORDS_HOLD_TRIANGLES == 0 { triangle_count } else { 0 };
         let triangles = size_of::<Header>();
         let node_count = (2 * cluster_count).saturating_sub(1);
         let nodes =
@@ -133,6 +138,7 @@ pub(crate) fn encode_header(
 pub struct Image<'a> {
     bytes: &'a [u8],
     kind: u32,
+    triangle_count: u32,
     cluster_count: u32,
     triangles: &'a [Triangle],
     nodes: &'a [ClusterNode],
@@ -175,11 +181,12 @@ impl<'a> Image<'a> {
         if !counts_fit {
             return Err(ImageError::Malformed { part: "header", at: 0 });
         }
-        let layout = Layout::new(triangles, clusters);
+        let layout = Layout::new(header.kind, triangles, clusters);
         let total = layout.total(header.word_count as usize);
         Ok(Self {
             bytes: bytes.get(..total).ok_or(ImageError::Truncated)?,
             kind: header.kind,
+            triangle_count: header.triangle_count,
             cluster_count: header.cluster_count,
             triangles: section(bytes, layout.triangles, layout.triangle_count)?,
             nodes: section(bytes, layout.nodes, layout.node_count)?,
@@ -250,7 +257,17 @@ impl<'a> Image<'a> {
         self.kind
     }
 
-    /// The triangles, by id.
+    /// How many triangles there are.
+    pub fn triangle_count(&self) -> u32 {
+        self.triangle_count
+    }
+
+    /// All words.
+    pub fn words(&self) -> &'a [u32] {
+        self.words
+    }
+
+    /// The triangles, by id; empty if the words hold them.
     pub fn triangles(&self) -> &'a [Triangle] {
         self.triangles
     }

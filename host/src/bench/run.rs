@@ -225,7 +225,7 @@ pub fn measure_built(
             triangle_count: model.triangles.len(),
             build_seconds: built[at].build_seconds(),
             bytes: built[at].bytes(),
-            subdivision_bytes: built[at].bytes() - size_of_val(image.triangles()),
+            subdivision_bytes: built[at].bytes().saturating_sub(size_of_val(&*model.triangles)),
             cluster_count: image.cluster_count(),
             deepest_level: index.check()?.deepest_level,
             photons,

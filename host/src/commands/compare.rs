@@ -186,7 +186,14 @@ fn picture(folder: &Path, model: &Model) -> anyhow::Result<(PathBuf, String)> {
     let index = owned.index();
     let mut canvas = Canvas::new(PICTURE[0], PICTURE[1]);
     let up = UpAxis::Auto.vector(model);
-    paint_clusters(&mut canvas, index.as_ray_index(), index.image(), &cluster_of, up);
+    paint_clusters(
+        &mut canvas,
+        index.as_ray_index(),
+        &model.triangles,
+        index.image(),
+        &cluster_of,
+        up,
+    );
     let path = folder.join(format!("{}.clusters.png", model.name));
     canvas.save(&path)?;
     Ok((path, line))

@@ -40,7 +40,7 @@ impl Demo {
         let (width, height) = (820, 760);
         let mut clusters = Canvas::new(width, height);
         describe(&model, &self.build, |index, image, cluster_of| {
-            paint_clusters(&mut clusters, index, image, cluster_of, up);
+            paint_clusters(&mut clusters, index, &model.triangles, image, cluster_of, up);
         })?;
 
         let options = ShootOptions {

@@ -44,7 +44,7 @@ impl Inspect {
         let up = self.scene.up.vector(&model);
         let mut canvas = Canvas::new(self.size[0].max(64), self.size[1].max(64));
         describe(&model, &self.build, |index, image, cluster_of| {
-            paint_clusters(&mut canvas, index, image, cluster_of, up);
+            paint_clusters(&mut canvas, index, &model.triangles, image, cluster_of, up);
         })?;
         canvas.save(&path)?;
         say!("picture: {}", path.display());

@@ -114,7 +114,9 @@ pub fn paint_light(canvas: &mut Canvas, owned: &OwnedIndex, model: &Model, shot:
         .zip(&model.triangles)
         .map(|(id, triangle)| shot.irradiance(arboleda::TriangleId(id), triangle))
         .collect();
-    paint_irradiance(canvas, owned.index().as_ray_index(), &model.bounds(), &irradiance, up);
+    let index = owned.index();
+    let index = index.as_ray_index();
+    paint_irradiance(canvas, index, &model.triangles, &model.bounds(), &irradiance, up);
 }
 
 /// What one index did.

@@ -43,6 +43,7 @@ fn paint(
     canvas: &mut Canvas,
     camera: &Camera,
     index: &(dyn RayIndex + Sync),
+    triangles: &[Triangle],
     colour_of: impl Fn(u32, &Triangle, Vec3) -> Colour + Sync,
 ) -> Vec<f32> {
     let width = canvas.width() as usize;
@@ -60,7 +61,7 @@ fn paint(
                     (Some(ray), Some(hit)) => {
                         // The direction has length 1 along the line of sight, so t is the distance.
                         *depth = depth.min(hit.t);
-                        let triangle = &index.triangles()[hit.triangle.0 as usize];
+                        let triangle = &triangles[hit.triangle.0 as usize];
                         colour_of(hit.triangle.0, triangle, ray.direction())
                     }
                     _ => *pixel,
@@ -90,6 +91,7 @@ fn shade(triangle: &Triangle, direction: Vec3) -> f32 {
 pub fn paint_clusters(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
+    triangles: &[Triangle],
     tree: &Image<'_>,
     cluster_of: &[u32],
     up: Vec3,
@@ -100,7 +102,7 @@ pub fn paint_clusters(
     let strip = if tree.cluster_count() > 1 { canvas.height() / 5 } else { 0 };
     let mut view = Canvas::new(canvas.width(), canvas.height() - strip);
     let camera = Camera::looking_at(&root.bounds, up, view.width(), view.height());
-    let depths = paint(&mut view, &camera, index, |triangle, corners, direction| {
+    let depths = paint(&mut view, &camera, index, triangles, |triangle, corners, direction| {
         cluster_colour(cluster_of[triangle as usize]).times(shade(corners, direction))
     });
     // Boxes of many clusters would hide what they surround.
@@ -126,6 +128,7 @@ pub fn paint_clusters(
 pub fn paint_irradiance(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
+    triangles: &[Triangle],
     bounds: &Aabb,
     irradiance: &[f64],
     up: Vec3,
@@ -136,7 +139,7 @@ pub fn paint_irradiance(
     let brightest = lit.get(lit.len() * 98 / 100).copied().unwrap_or(1.0);
     let camera = Camera::looking_at(bounds, up, canvas.width(), canvas.height());
     canvas.pixels_mut().fill(Colour(0.10, 0.10, 0.12));
-    paint(canvas, &camera, index, |triangle, corners, direction| {
+    paint(canvas, &camera, index, triangles, |triangle, corners, direction| {
         let share = (irradiance[triangle as usize] / brightest) as f32;
         // The eye judges brightness about by its square root.
         heat(share.sqrt()).times(0.6 + 0.4 * shade(corners, direction))

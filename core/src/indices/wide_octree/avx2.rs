@@ -7,15 +7,18 @@
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
-    __m256, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps,
-    _mm256_blendv_ps, _mm256_cmp_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps,
-    _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps, _mm256_sub_ps, _mm256_xor_ps,
+    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsi128_si32,
+    _mm_minpos_epu16, _mm_or_si128, _mm_packus_epi32, _mm256_add_ps, _mm256_and_ps,
+    _mm256_andnot_ps, _mm256_castps_si256, _mm256_castsi256_si128, _mm256_cmp_ps,
+    _mm256_extracti128_si256, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
+    _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_ps,
+    _mm256_xor_ps, _mm256_xor_si256,
 };
 use core::ops::ControlFlow;
 
-use super::lanes::{LaneRay, UNDERFLOW};
-use super::walk::{Lanes, walk_in_lanes};
-use super::{LANES, Row};
+use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW};
+use super::walk::walk_in_lanes;
+use super::{Head, LANES, Leaf, Node, Row};
 use crate::query::Query;
 
 enum Avx2 {}
@@ -24,36 +27,51 @@ enum Avx2 {}
 #[inline]
 pub(super) fn walk<Q: Query>(
     rows: &[Row],
-    root: u32,
+    head: Head,
     ray: &LaneRay,
     query: &mut Q,
 ) -> ControlFlow<()> {
     // SAFETY: only called where `Vectors::has_avx2` is true, which `Vectors::detect` alone can make so,
     // after the processor and the system said that they have AVX2.
-    unsafe { walk_with_avx2(rows, root, ray, query) }
+    unsafe { walk_with_avx2(rows, head, ray, query) }
 }
 
 #[target_feature(enable = "avx2")]
 fn walk_with_avx2<Q: Query>(
     rows: &[Row],
-    root: u32,
+    head: Head,
     ray: &LaneRay,
     query: &mut Q,
 ) -> ControlFlow<()> {
-    walk_in_lanes::<Avx2, Q>(rows, root, ray, query)
+    walk_in_lanes::<Avx2, Q>(rows, head, ray, query)
 }
 
 impl Lanes for Avx2 {
+    type Keys = __m128i;
+
     #[inline(always)]
-    fn meet_boxes(node: &[Row; 7], ray: &LaneRay, last: f32) -> (u32, [f32; LANES]) {
-        // SAFETY: only `walk_with_avx2` walks with these lanes.
+    fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
+        // SAFETY: only `walk_with_avx2` walks with these lanes; so below.
         unsafe { meet_boxes(node, ray, last) }
     }
 
     #[inline(always)]
-    fn meet_triangles(leaf: &[Row; 10], ray: &LaneRay, last: f32) -> u32 {
-        // SAFETY: only `walk_with_avx2` walks with these lanes.
-        unsafe { meet_triangles(leaf, ray, last) }
+    fn nearest(keys: __m128i) -> (u16, usize) {
+        // SAFETY: see `meet_boxes`.
+        let nearest = unsafe { nearest(keys) };
+        (nearest as u16, (nearest >> 16 & 7) as usize)
+    }
+
+    #[inline(always)]
+    fn without(keys: __m128i, lane: usize) -> __m128i {
+        // SAFETY: see `meet_boxes`.
+        unsafe { without(keys, lane) }
+    }
+
+    #[inline(always)]
+    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
+        // SAFETY: see `meet_boxes`.
+        unsafe { meet_triangles(leaf, ray, edge, last) }
     }
 }
 
@@ -65,12 +83,13 @@ fn load(row: &Row) -> __m256 {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn meet_boxes(node: &[Row; 7], ray: &LaneRay, last: f32) -> (u32, [f32; LANES]) {
+fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
     let mut entry = _mm256_set1_ps(ray.t_min);
     let mut exit = _mm256_set1_ps(last);
     for axis in 0..3 {
-        let near = load(&node[ray.entry_row[axis] % 6]);
-        let far = load(&node[ray.exit_row[axis] % 6]);
+        let sign = ray.signs[axis] & 1;
+        let near = load(&node[2 * axis + sign]);
+        let far = load(&node[2 * axis + (1 - sign)]);
         let origin = _mm256_set1_ps(ray.origin[axis]);
         let t = _mm256_mul_ps(_mm256_sub_ps(near, origin), _mm256_set1_ps(ray.entry_inverse[axis]));
         // Of a NaN and a number, these return the second operand.
@@ -79,34 +98,66 @@ fn meet_boxes(node: &[Row; 7], ray: &LaneRay, last: f32) -> (u32, [f32; LANES]) 
         exit = _mm256_min_ps(t, exit);
     }
     let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
-    let met = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit));
-    (met as u32, bytemuck::must_cast(entry))
+    // A comparison gives ones; those of a box that is not met make its key `FAR`.
+    let missed = _mm256_xor_si256(
+        _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)),
+        _mm256_set1_epi32(-1),
+    );
+    let keys = _mm256_castps_si256(_mm256_or_ps(entry, bytemuck::must_cast(missed)));
+    let keys: __m256i = _mm256_srli_epi32::<16>(keys);
+    _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
+}
+
+/// The lowest key in the lower half, its lane in the upper.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn nearest(keys: __m128i) -> u32 {
+    _mm_cvtsi128_si32(_mm_minpos_epu16(keys)) as u32
 }
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn meet_triangles(leaf: &[Row; 10], ray: &LaneRay, last: f32) -> u32 {
-    const R: f32 = f32::EPSILON / 2.0;
+fn without(keys: __m128i, lane: usize) -> __m128i {
+    const MASKS: [[u16; LANES]; LANES] = {
+        let mut masks = [[0; LANES]; LANES];
+        let mut lane = 0;
+        while lane < LANES {
+            masks[lane][lane] = FAR;
+            lane += 1;
+        }
+        masks
+    };
+    _mm_or_si128(keys, bytemuck::must_cast(MASKS[lane % LANES]))
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
     let all = |x: f32| _mm256_set1_ps(x);
     let sign = all(-0.0);
-    let abs = |x| _mm256_andnot_ps(sign, x);
     let negated = |x| _mm256_xor_ps(sign, x);
+    let abs = |x| _mm256_andnot_ps(sign, x);
+    let plus = |x, y| _mm256_add_ps(x, y);
+    let less = |x, y| _mm256_sub_ps(x, y);
+    let times = |x, y| _mm256_mul_ps(x, y);
     let dot = |a: [__m256; 3], b: [__m256; 3]| {
-        let xy = _mm256_add_ps(_mm256_mul_ps(a[0], b[0]), _mm256_mul_ps(a[1], b[1]));
-        _mm256_add_ps(xy, _mm256_mul_ps(a[2], b[2]))
+        plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
     };
     let cross = |a: [__m256; 3], b: [__m256; 3]| {
-        let minor = |i: usize, j: usize| {
-            _mm256_sub_ps(_mm256_mul_ps(a[i], b[j]), _mm256_mul_ps(a[j], b[i]))
-        };
+        let minor = |i: usize, j: usize| less(times(a[i], b[j]), times(a[j], b[i]));
         [minor(1, 2), minor(2, 0), minor(0, 1)]
     };
-    let minus = |a: [__m256; 3], b: [__m256; 3]| {
-        [_mm256_sub_ps(a[0], b[0]), _mm256_sub_ps(a[1], b[1]), _mm256_sub_ps(a[2], b[2])]
-    };
-    let largest = |a: [__m256; 3]| _mm256_max_ps(abs(a[0]), _mm256_max_ps(abs(a[1]), abs(a[2])));
-
+    let minus =
+        |a: [__m256; 3], b: [__m256; 3]| [less(a[0], b[0]), less(a[1], b[1]), less(a[2], b[2])];
+    let below = |x, y| _mm256_cmp_ps::<_CMP_LT_OQ>(x, y);
+    let above = |x, y| _mm256_cmp_ps::<_CMP_GT_OQ>(x, y);
     let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
+
+    let sum = SUM * ray.reach * edge;
+    let doubt = DISTANCE * edge * edge;
+    let wider = doubt * ray.reach;
+    let underflow = 4.0 * ray.underflow;
+
     let p = corner(0);
     let d = ray.direction.map(all);
     let a = minus(p, ray.origin.map(all));
@@ -118,53 +169,20 @@ fn meet_triangles(leaf: &[Row; 10], ray: &LaneRay, last: f32) -> u32 {
     let t = dot(a, n);
     let u = negated(dot(e2, q));
     let v = dot(e1, q);
-    let w = _mm256_sub_ps(_mm256_sub_ps(det, u), v);
+    let w = less(less(det, u), v);
 
-    let times = |x, y| _mm256_mul_ps(x, y);
-    let plus = |x, y| _mm256_add_ps(x, y);
-    let less = |x, y| _mm256_cmp_ps::<_CMP_LT_OQ>(x, y);
-    let more = |x, y| _mm256_cmp_ps::<_CMP_GT_OQ>(x, y);
-    let any = |x, y, z| _mm256_or_ps(_mm256_or_ps(x, y), z);
-    let a_max = largest(a);
-    let e_max = _mm256_max_ps(largest(e1), largest(e2));
-    let de = times(all(ray.reach), e_max);
-    let underflow = UNDERFLOW * if ray.reach > 1.0 { ray.reach } else { 1.0 };
-    let margin = plus(times(times(all(48.0 * R), de), a_max), all(underflow));
-    let w_margin = plus(
-        times(times(all(64.0 * R), de), plus(e_max, times(all(2.0), a_max))),
-        all(4.0 * underflow),
-    );
-    let negative =
-        any(less(u, negated(margin)), less(v, negated(margin)), less(w, negated(w_margin)));
-    let positive = any(more(u, margin), more(v, margin), more(w, w_margin));
+    let a = _mm256_max_ps(abs(a[0]), _mm256_max_ps(abs(a[1]), abs(a[2])));
+    let margin = plus(times(all(sum), plus(all(edge), plus(a, a))), all(underflow));
+    let lowest = _mm256_min_ps(_mm256_min_ps(u, v), w);
+    let highest = _mm256_max_ps(_mm256_max_ps(u, v), w);
+    let mixed = _mm256_and_ps(below(lowest, negated(margin)), above(highest, margin));
 
-    let along = _mm256_blendv_ps(t, negated(t), less(det, all(0.0)));
     let size = abs(det);
-    let doubt = times(times(all(80.0 * R), e_max), e_max);
-    let late = more(
-        along,
-        plus(
-            plus(
-                times(all(last), size),
-                times(doubt, plus(a_max, times(all(ray.reach), all(last)))),
-            ),
-            all(4.0 * underflow),
-        ),
-    );
-    let early = less(
-        along,
-        _mm256_sub_ps(
-            _mm256_sub_ps(
-                times(all(ray.t_min), size),
-                times(doubt, plus(a_max, times(all(ray.reach), all(ray.t_min)))),
-            ),
-            all(4.0 * underflow),
-        ),
-    );
-    let certain = more(size, plus(times(times(all(48.0 * R), de), e_max), all(underflow)));
-    let missed = _mm256_or_ps(
-        _mm256_and_ps(negative, positive),
-        _mm256_and_ps(certain, _mm256_or_ps(late, early)),
-    );
+    let along = _mm256_xor_ps(t, _mm256_and_ps(det, sign));
+    let slack = plus(times(all(doubt), a), all(underflow));
+    let late = above(less(along, slack), times(all(last), plus(size, all(wider))));
+    let early = below(plus(along, slack), times(all(ray.t_min), less(size, all(wider))));
+    let certain = above(size, all(wider + underflow));
+    let missed = _mm256_or_ps(mixed, _mm256_and_ps(certain, _mm256_or_ps(late, early)));
     !(_mm256_movemask_ps(missed) as u32) & 0xff
 }

@@ -1,19 +1,21 @@
 //! Building from above.
 //!
 //! A node's triangles are divided in two, then the costliest part again, until there are eight parts
-//! or none is left to divide; each division is the best of all axes by estimated tests. A test of up to
-//! eight triangles costs the same, so counts are rounded up to full leaves: this fills them.
+//! or none is left to divide: a join of clusters into those that were joined, other triangles by the best
+//! plane of all axes by estimated tests. A test of up to eight triangles costs the same, so counts are
+//! rounded up to full leaves: this fills them.
 
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    BALANCED_FROM, EMPTY, LANES, LEAF_ROWS, LINKS_ROW, NO_ID, NODE_ROWS, ROW_MASK, leaf_link,
+    BALANCED_FROM, EMPTY, HEAD_ROWS, LANES, LEAF_ROWS, NO_ID, NODE_ROWS, ROW_MASK, leaf_link,
 };
 use crate::auto::surface;
+use crate::cluster::{Clusters, MAX_TREE_DEPTH};
 use crate::geometry::Aabb;
-use crate::indices::Group;
-use crate::memory::{Arena, Words, size_of_slice};
-use crate::{BuildError, Vec3};
+use crate::indices::Division;
+use crate::memory::{Arena, ClusterNode, NodeId, Words, size_of_slice};
+use crate::{BuildError, Triangle, Vec3};
 
 /// Bins an axis. 8 cost about 2% more steps, 32 were no better.
 const BINS: usize = 16;
@@ -27,6 +29,12 @@ struct Item {
 }
 
 impl Item {
+    fn largest_coordinate(&self) -> f32 {
+        let corners = [self.bounds.lo, self.bounds.hi];
+        let all = corners.into_iter().flat_map(|corner| corner.to_array());
+        all.fold(0.0, |all, x| larger(all, x.abs()))
+    }
+
     /// The middle; halves are summed, so nothing overflows.
     fn middle(&self) -> Vec3 {
         self.bounds.lo * 0.5 + self.bounds.hi * 0.5
@@ -34,51 +42,114 @@ impl Item {
 }
 
 pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
-    size_of_slice::<Item>(triangle_count)
+    let counts = size_of_slice::<u32>(triangle_count.saturating_mul(2));
+    size_of_slice::<Item>(triangle_count).saturating_add(counts)
 }
 
 pub(super) fn build(
-    group: &Group<'_>,
+    division: Division<'_>,
     words: &mut Words<'_>,
     scratch: &mut [u8],
 ) -> Result<(), BuildError> {
-    let count = group.ids.len();
+    let Division { triangles, clusters, nodes } = division;
+    let count = triangles.len();
     let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
     // Every triangle a leaf, and a node for every two children.
     if count.saturating_mul((LEAF_ROWS + NODE_ROWS) as usize) >= ROW_MASK as usize {
         return Err(BuildError::TooLarge);
     }
+    if count == 0 {
+        return Ok(());
+    }
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
     let items = arena.take::<Item>(count).ok_or(full)?;
-    for (item, &id) in items.iter_mut().zip(group.ids) {
-        let triangle = group.triangles.get(id as usize).copied().unwrap_or_default();
-        *item = Item { bounds: triangle.bounds(), id };
+    let counts = arena.take::<u32>(nodes.len()).ok_or(full)?;
+    sort_by_cluster_tree(items, triangles, clusters, nodes);
+    count_triangles(counts, clusters, nodes);
+
+    let head = words.len();
+    words.extend(&[0; HEAD_ROWS as usize * LANES]);
+    let largest = items.iter().fold(0.0, |all, item| larger(all, item.largest_coordinate()));
+    let root = NodeId((nodes.len() as u32).saturating_sub(1));
+    let builder = Builder { triangles, nodes, counts, words: &mut *words };
+    let (link, edge) = builder.all(items, root);
+    words.set(head, link);
+    words.set(head + 1, edge.to_bits());
+    words.set(head + 2, largest.to_bits());
+    // One index over all clusters: it belongs to the first.
+    for (leaf, _) in nodes.iter_mut().zip(clusters.iter()) {
+        leaf.links = [words.len() as u32, 0];
     }
-    let start = words.len();
-    words.extend(&[EMPTY; LANES]);
-    let link = Builder { group, words, start }.subtree(items, 0);
-    words.set(start, link);
+    if let Some(first) = nodes.first_mut() {
+        first.links = [0, words.len() as u32];
+    }
     Ok(())
 }
 
-/// A run of items, and where to divide it, if that is known.
+/// Files the triangles so that each node of the cluster tree has a run of its own.
+fn sort_by_cluster_tree(
+    items: &mut [Item],
+    triangles: &[Triangle],
+    clusters: &Clusters<'_>,
+    nodes: &[ClusterNode],
+) {
+    let mut slots = items.iter_mut();
+    let mut stack = heapless::Vec::<usize, { MAX_TREE_DEPTH + 1 }>::new();
+    let mut next = nodes.len().checked_sub(1);
+    while let Some(at) = next.or_else(|| stack.pop()) {
+        next = None;
+        if at < clusters.count() {
+            for (&id, slot) in clusters.get(at).iter().zip(slots.by_ref()) {
+                let triangle = triangles.get(id as usize).copied().unwrap_or_default();
+                *slot = Item { bounds: triangle.bounds(), id };
+            }
+        } else if let Some(node) = nodes.get(at) {
+            let [left, right] = node.links.map(|link| link as usize);
+            let pushed = stack.push(right).is_ok();
+            debug_assert!(pushed, "one for each level");
+            next = Some(left);
+        }
+    }
+}
+
+/// How many triangles are below each node of the cluster tree.
+fn count_triangles(counts: &mut [u32], clusters: &Clusters<'_>, nodes: &[ClusterNode]) {
+    for at in 0..counts.len() {
+        let count = if at < clusters.count() {
+            clusters.get(at).len() as u32
+        } else {
+            let below = |link: u32| counts.get(link as usize).copied().unwrap_or(0);
+            nodes.get(at).map_or(0, |node| below(node.links[0]) + below(node.links[1]))
+        };
+        if let Some(slot) = counts.get_mut(at) {
+            *slot = count;
+        }
+    }
+}
+
+/// A run of items, and the join of clusters that it is, if it is one.
 #[derive(Clone, Copy)]
 struct Part {
     from: usize,
     to: usize,
     bounds: Aabb,
+    join: Option<NodeId>,
 }
 
 impl Part {
-    fn of(items: &[Item], from: usize, to: usize) -> Self {
+    fn of(items: &[Item], from: usize, to: usize, join: Option<NodeId>) -> Self {
         let part = items.get(from..to).unwrap_or(&[]);
         let bounds = part.iter().fold(Aabb::EMPTY, |all, item| all.union(item.bounds));
-        Self { from, to, bounds }
+        Self { from, to, bounds, join }
     }
 
     fn count(&self) -> usize {
         self.to - self.from
     }
+}
+
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 /// Tests of so many triangles.
@@ -87,51 +158,71 @@ fn tests(count: usize) -> f64 {
 }
 
 struct Builder<'b, 'w> {
-    group: &'b Group<'b>,
+    triangles: &'b [Triangle],
+    nodes: &'b [ClusterNode],
+    /// The triangles below each of them.
+    counts: &'b [u32],
     words: &'b mut Words<'w>,
-    /// The word from which rows count.
-    start: usize,
 }
 
 impl Builder<'_, '_> {
     fn row(&self) -> u32 {
-        ((self.words.len() - self.start) / LANES) as u32
+        (self.words.len() / LANES) as u32
     }
 
-    /// Appends the subtree of some triangles and returns the link to it. As deep a recursion as the
-    /// tree, at most 32.
-    fn subtree(&mut self, items: &mut [Item], depth: u32) -> u32 {
+    /// The node, if it is a join.
+    fn join(&self, id: NodeId) -> Option<NodeId> {
+        // Leaves come first, and there is one more of them than of joins.
+        (id.0 as usize > self.nodes.len() / 2).then_some(id)
+    }
+
+    /// Appends everything, and returns the link to it and its edge.
+    fn all(mut self, items: &mut [Item], root: NodeId) -> (u32, f32) {
+        let join = self.join(root);
+        self.subtree(items, join, 0)
+    }
+
+    /// Appends the subtree of some triangles, and returns the link to it and its edge. As deep a recursion
+    /// as the tree; `depth` counts from the clusters.
+    fn subtree(&mut self, items: &mut [Item], join: Option<NodeId>, depth: u32) -> (u32, f32) {
         if items.len() <= LANES {
             return self.leaf(items);
         }
-        let parts = Self::divide(items, depth);
+        let parts = self.divide(items, join, depth);
         let row = self.row();
         let node = self.words.reserve(NODE_ROWS as usize * LANES);
         for lane in 0..LANES {
             let part = parts.get(lane);
             let bounds = part.map_or(Aabb::EMPTY, |part| part.bounds);
-            let link = match part.and_then(|part| items.get_mut(part.from..part.to)) {
-                Some(items) => self.subtree(items, depth + 1),
-                None => EMPTY,
+            let below = part.and_then(|part| Some((items.get_mut(part.from..part.to)?, part.join)));
+            let (link, edge) = match below {
+                Some((items, None)) => self.subtree(items, None, depth + 1),
+                Some((items, join)) => self.subtree(items, join, 0),
+                None => (EMPTY, 0.0),
             };
-            let numbers = bounds.lo.to_array().into_iter().chain(bounds.hi.to_array());
-            for (row, number) in numbers.enumerate() {
-                self.words.set(node + row * LANES + lane, number.to_bits());
+            let sides = bounds.lo.to_array().into_iter().zip(bounds.hi.to_array());
+            let numbers = sides.flat_map(|(lo, hi)| [lo, hi]).map(f32::to_bits);
+            for (row, word) in numbers.chain([link, edge.to_bits()]).enumerate() {
+                self.words.set(node + row * LANES + lane, word);
             }
-            self.words.set(node + LINKS_ROW * LANES + lane, link);
         }
-        row
+        (row, 0.0)
     }
 
-    fn leaf(&mut self, items: &mut [Item]) -> u32 {
+    /// Appends a leaf, and returns the link to it and its longest edge along an axis.
+    fn leaf(&mut self, items: &mut [Item]) -> (u32, f32) {
         let row = self.row();
+        let mut longest = 0.0;
         let leaf = self.words.reserve(LEAF_ROWS as usize * LANES);
         for lane in 0..LANES {
             let item = items.get(lane);
             let triangle = item
-                .and_then(|item| self.group.triangles.get(item.id as usize))
+                .and_then(|item| self.triangles.get(item.id as usize))
                 .copied()
                 .unwrap_or_default();
+            for edge in [triangle.b - triangle.a, triangle.c - triangle.a] {
+                longest = edge.to_array().into_iter().fold(longest, |all, x| larger(all, x.abs()));
+            }
             let corners = [triangle.a, triangle.b, triangle.c]
                 .into_iter()
                 .flat_map(|corner| corner.to_array());
@@ -141,14 +232,19 @@ impl Builder<'_, '_> {
             let id = item.map_or(NO_ID, |item| item.id);
             self.words.set(leaf + (LEAF_ROWS as usize - 1) * LANES + lane, id);
         }
-        leaf_link(row, items.len() as u32)
+        (leaf_link(row, items.len() as u32), longest)
     }
 
     /// Sorts the items into two to eight parts.
-    fn divide(items: &mut [Item], depth: u32) -> heapless::Vec<Part, LANES> {
+    fn divide(
+        &self,
+        items: &mut [Item],
+        join: Option<NodeId>,
+        depth: u32,
+    ) -> heapless::Vec<Part, LANES> {
         let mut parts = heapless::Vec::new();
         let count = items.len();
-        if parts.push(Part::of(items, 0, count)).is_err() {
+        if parts.push(Part::of(items, 0, count, join)).is_err() {
             return parts;
         }
         while parts.len() < LANES {
@@ -163,11 +259,21 @@ impl Builder<'_, '_> {
             let Some(part) = costliest.and_then(|(_, at)| parts.get_mut(at)) else {
                 break;
             };
-            let Some(run) = items.get_mut(part.from..part.to) else { break };
-            let middle = if depth >= BALANCED_FROM { run.len() / 2 } else { Self::halve(run) };
-            let (from, middle, to) = (part.from, part.from + middle, part.to);
-            *part = Part::of(items, from, middle);
-            if parts.push(Part::of(items, middle, to)).is_err() {
+            let (from, to) = (part.from, part.to);
+            let Some(run) = items.get_mut(from..to) else { break };
+            let joined = part.join.and_then(|join| self.nodes.get(join.0 as usize));
+            let (length, joins) = if let Some(node) = joined {
+                let [left, right] = node.links;
+                let length = self.counts.get(left as usize).map_or(0, |&count| count as usize);
+                (length, [self.join(NodeId(left)), self.join(NodeId(right))])
+            } else if depth >= BALANCED_FROM {
+                (run.len() / 2, [None; 2])
+            } else {
+                (Self::halve(run), [None; 2])
+            };
+            let middle = from + length;
+            *part = Part::of(items, from, middle, joins[0]);
+            if parts.push(Part::of(items, middle, to, joins[1])).is_err() {
                 break;
             }
         }

@@ -1,14 +1,18 @@
 //! The wide octree: nodes of up to eight boxes, tested at once, over leaves of up to eight triangles.
 //!
 //! ```text
-//! words:  rows of eight words; row 0: the root's link, zeros
-//! node:   lo.x[8] | lo.y[8] | lo.z[8] | hi.x[8] | hi.y[8] | hi.z[8] | links[8]
+//! words:  rows of eight words: head | nodes and leaves, depth first, the root first
+//! head:   link of the root, its edge, the largest coordinate, zeros | zeros
+//! node:   lo.x[8] | hi.x[8] | lo.y[8] | hi.y[8] | lo.z[8] | hi.z[8] | links[8] | edges[8]
 //! leaf:   a.x[8] | a.y[8] | a.z[8] | b.x[8] | ... | c.z[8] | ids[8]
 //! link:   leaf bit | triangles - 1 (3 bits) | row (28 bits); 0 for no child
+//! edge:   of a leaf, the largest component of its triangles' edges at corner a
 //! ```
-//! Each triangle lies in one leaf, and a node divides its triangles where the estimated tests are
-//! fewest: an octant split where all three axes pay, and an axis left alone, or divided twice, where
-//! that pays more. Lanes without a child have an empty box.
+//! Each triangle lies in one leaf, and nowhere else: the image has no other copy. A node divides its
+//! triangles where the estimated tests are fewest: an octant split where all three axes pay, and an axis
+//! left alone, or divided twice, where that pays more. The cluster tree is collapsed into the same nodes:
+//! as long as a part is a join of clusters, it is divided into the two that were joined. Lanes without a
+//! child have an empty box. Nodes and leaves begin at multiples of 64 bytes.
 //!
 //! Boxes and triangles are tested in `f32` with derived margins (see `lanes`); whatever a margin
 //! cannot exclude is decided by the exact kernel.
@@ -28,11 +32,11 @@ mod walk;
 
 use core::ops::ControlFlow;
 
-use super::{Group, Local, LocalIndex, Statistics};
-use crate::geometry::{RaySpan, Span};
-use crate::memory::Words;
+use super::{Division, Statistics, Structure};
+use crate::cluster::MAX_TREE_DEPTH;
+use crate::memory::{Image, Words};
 use crate::query::Query;
-use crate::{BuildError, Options};
+use crate::{BuildError, Options, Ray, Triangle, Vec3, Vectors};
 
 /// The wide octree, alone or as the local index of a hierarchy.
 pub enum WideOctree {}
@@ -41,9 +45,14 @@ pub enum WideOctree {}
 type Row = [u32; LANES];
 
 const LANES: usize = 8;
-const NODE_ROWS: u32 = 7;
+type Node = [Row; NODE_ROWS as usize];
+type Leaf = [Row; LEAF_ROWS as usize];
+
+const HEAD_ROWS: u32 = 2;
+const NODE_ROWS: u32 = 8;
 const LEAF_ROWS: u32 = 10;
 const LINKS_ROW: usize = 6;
+const EDGES_ROW: usize = 7;
 const IDS_ROW: usize = 9;
 
 const LEAF: u32 = 1 << 31;
@@ -53,11 +62,12 @@ const EMPTY: u32 = 0;
 /// An unused lane of a leaf.
 const NO_ID: u32 = u32::MAX;
 
-/// From here on triangles are divided into equal parts, which needs at most 10 more levels.
+/// So many levels into a cluster, triangles are divided into equal parts, which needs at most 10 more.
 const BALANCED_FROM: u32 = 20;
-const MAX_DEPTH: u32 = 32;
-/// Each node replaces itself by at most eight.
-const STACK: usize = MAX_DEPTH as usize * (LANES - 1) + 1;
+/// The levels of the cluster tree, and those of a cluster.
+const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + 12;
+/// Each level leaves one entry.
+const STACK: usize = MAX_DEPTH as usize;
 
 fn leaf_link(row: u32, count: u32) -> u32 {
     LEAF | (count - 1) << COUNT_SHIFT | row
@@ -67,87 +77,119 @@ fn leaf_count(link: u32) -> u32 {
     (link >> COUNT_SHIFT & 7) + 1
 }
 
-/// The words as rows.
-fn rows<'a>(local: &Local<'a>) -> &'a [Row] {
-    bytemuck::try_cast_slice(local.words).unwrap_or(&[])
+/// The rows, and the head of them.
+#[inline]
+fn rows<'a>(image: &Image<'a>) -> Option<(&'a [Row], Head)> {
+    let rows: &[Row] = bytemuck::try_cast_slice(image.words()).ok()?;
+    let &[root, edge, largest, ..] = rows.first()?;
+    let (edge, largest) = (f32::from_bits(edge), f32::from_bits(largest));
+    Some((rows, Head { root, edge, largest }))
+}
+
+/// Where a walk begins.
+#[derive(Clone, Copy)]
+struct Head {
+    root: u32,
+    edge: f32,
+    /// The largest coordinate of any triangle.
+    largest: f32,
 }
 
 /// The rows of a node.
 #[inline]
-fn node_at(rows: &[Row], link: u32) -> Option<&[Row; NODE_ROWS as usize]> {
+fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
     let row = (link & ROW_MASK) as usize;
     rows.get(row..row + NODE_ROWS as usize)?.try_into().ok()
 }
 
 /// The rows of a leaf.
 #[inline]
-fn leaf_at(rows: &[Row], link: u32) -> Option<&[Row; LEAF_ROWS as usize]> {
+fn leaf_at(rows: &[Row], link: u32) -> Option<&Leaf> {
     let row = (link & ROW_MASK) as usize;
     rows.get(row..row + LEAF_ROWS as usize)?.try_into().ok()
 }
 
-impl LocalIndex for WideOctree {
+impl Structure for WideOctree {
     const NAME: &'static str = "wide-octree";
     const HIERARCHY_NAME: &'static str = "wide-octree-hierarchy";
-    const KIND: u32 = 8;
+    const KIND: u32 = 9;
+    const HOLDS_TRIANGLES: bool = true;
 
     fn scratch_bytes(triangle_count: usize, _: &Options) -> usize {
         build::scratch_bytes(triangle_count)
     }
 
     fn build(
-        group: &Group<'_>,
+        division: Division<'_>,
         _: &Options,
         words: &mut Words<'_>,
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
-        build::build(group, words, scratch)
+        build::build(division, words, scratch)
     }
 
     #[inline]
     fn traverse<Q: Query>(
-        local: &Local<'_>,
-        ray: &RaySpan,
-        span: Span,
+        image: &Image<'_>,
+        _: &Ray,
+        vectors: Vectors,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        walk::walk(local, ray, span, query)
+        walk::walk(image, vectors, query)
     }
 
-    fn check(local: &Local<'_>) -> Option<Statistics> {
-        let rows = rows(local);
-        let root = rows.first()?[0];
-        let mut statistics = Statistics::default();
-        let mut end = 1;
-        let mut stack = heapless::Vec::<(u32, u32), STACK>::new();
-        stack.push((root, 0)).ok()?;
-        while let Some((link, depth)) = stack.pop() {
-            // Depth-first order: each node begins where the one before ended.
-            if link & ROW_MASK != end {
+    fn check(image: &Image<'_>) -> Result<Statistics, u32> {
+        check(image).ok_or(0)
+    }
+}
+
+fn check(image: &Image<'_>) -> Option<Statistics> {
+    let mut statistics = Statistics::default();
+    if image.triangle_count() == 0 {
+        return image.words().is_empty().then_some(statistics);
+    }
+    let (rows, head) = rows(image)?;
+    let mut end = HEAD_ROWS;
+    let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
+    stack.push((head.root, 0)).ok()?;
+    while let Some((link, depth)) = stack.pop() {
+        // Depth-first order: each node begins where the one before ended.
+        if link & ROW_MASK != end {
+            return None;
+        }
+        if link & LEAF != 0 {
+            let leaf = leaf_at(rows, link)?;
+            let count = leaf_count(link) as usize;
+            let (used, unused) = leaf[IDS_ROW].split_at_checked(count)?;
+            let known = used.iter().all(|&id| id < image.triangle_count());
+            if !known || unused.iter().any(|&id| id != NO_ID) {
                 return None;
             }
-            if link & LEAF != 0 {
-                let leaf = leaf_at(rows, link)?;
-                let count = leaf_count(link);
-                let (used, unused) = leaf[IDS_ROW].split_at_checked(count as usize)?;
-                let known = used.iter().all(|&id| (id as usize) < local.triangles.len());
-                if !known || unused.iter().any(|&id| id != NO_ID) {
-                    return None;
-                }
-                statistics.add_leaf(count, depth);
-                end += LEAF_ROWS;
-            } else {
-                let node = node_at(rows, link)?;
-                if depth >= MAX_DEPTH {
-                    return None;
-                }
-                statistics.inner_nodes += 1;
-                end += NODE_ROWS;
-                for &child in node[LINKS_ROW].iter().rev().filter(|&&child| child != EMPTY) {
-                    stack.push((child, depth + 1)).ok()?;
-                }
+            if !(0..count).all(|lane| triangle_at(leaf, lane).is_finite()) {
+                return None;
+            }
+            statistics.add_leaf(count as u32, depth);
+            end += LEAF_ROWS;
+        } else {
+            let node = node_at(rows, link)?;
+            if depth + 1 >= MAX_DEPTH {
+                return None;
+            }
+            statistics.inner_nodes += 1;
+            end += NODE_ROWS;
+            for &child in node[LINKS_ROW].iter().rev().filter(|&&child| child != EMPTY) {
+                stack.push((child, depth + 1)).ok()?;
             }
         }
-        (end as usize == rows.len()).then_some(statistics)
     }
+    let all = statistics.references == u64::from(image.triangle_count());
+    (end as usize == rows.len() && all).then_some(statistics)
+}
+
+#[inline(always)]
+fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
+    let lane = lane % LANES;
+    let number = |row: usize| f32::from_bits(leaf[row][lane]);
+    let corner = |row: usize| Vec3::new(number(row), number(row + 1), number(row + 2));
+    Triangle::new(corner(0), corner(3), corner(6))
 }

@@ -177,7 +177,7 @@ pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>) -> u64 {
         + u64::from(image.cluster_count())
         + u64::from(index.kind().is_clustered())
         + index.kind().name().len() as u64
-        + index.triangles().len() as u64
+        + u64::from(image.triangle_count())
         + statistics.joined(statistics).references
 }
 
@@ -218,9 +218,9 @@ pub unsafe extern "C" fn prove_intersect(ray: RayNumbers, triangle: &Triangle) -
         Ok(ray) => ray,
         Err(error) => return message(error) as f32,
     };
-    // Called directly too: for a miss, `barycentric` has no meaning but an end.
-    let (u, v) = kernel::barycentric(&ray, triangle);
-    intersect(&ray, triangle).map_or(u + v, |hit| hit.t + hit.u + hit.v)
+    let unfiltered = kernel::meet(&ray, triangle, ray.t_min(), ray.t_max());
+    let t = unfiltered.map_or(0.0, |meeting| meeting.t());
+    intersect(&ray, triangle).map_or(t, |hit| hit.t + hit.u + hit.v)
 }
 
 /// The rest of the geometry.
