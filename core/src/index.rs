@@ -245,21 +245,21 @@ impl<'a, R: Representation> Index<'a, R> {
         self.image.cluster_count()
     }
 
-    fn run<Q: Query>(&self, ray: &Ray, query: &mut Q) {
+    fn run<Q: Query>(&self, query: &mut Q) {
         // Both outcomes end the walk; the query knows the answer.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            R::Structure::traverse(&self.image, ray, self.vectors, query);
+            R::Structure::traverse(&self.image, self.vectors, query);
     }
 
     fn closest<C: Count>(&self, ray: &Ray, count: C) -> Option<Hit> {
         let mut query = Closest::new(ray, count);
-        self.run(ray, &mut query);
+        self.run(&mut query);
         query.finish()
     }
 
     fn any<C: Count>(&self, ray: &Ray, count: C) -> bool {
         let mut query = Occluded::new(ray, count);
-        self.run(ray, &mut query);
+        self.run(&mut query);
         query.found
     }
 }
@@ -278,20 +278,28 @@ impl<R: Representation> RayIndex for Index<'_, R> {
     }
 
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.closest(ray, ()).unwrap_or(Hit::NONE);
-        }
+        let start = |place: usize| rays.get(place).map(|ray| Closest::new(ray, ()));
+        let count = rays.len().min(hits.len());
+        R::Structure::traverse_each(&self.image, self.vectors, count, start, |place, query| {
+            if let Some(hit) = hits.get_mut(place) {
+                *hit = query.finish().unwrap_or(Hit::NONE);
+            }
+        });
     }
 
     fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = self.any(ray, ());
-        }
+        let start = |place: usize| rays.get(place).map(|ray| Occluded::new(ray, ()));
+        let count = rays.len().min(occluded.len());
+        R::Structure::traverse_each(&self.image, self.vectors, count, start, |place, query| {
+            if let Some(occluded) = occluded.get_mut(place) {
+                *occluded = query.found;
+            }
+        });
     }
 
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
         let mut query = All::new(ray, buffer, ());
-        self.run(ray, &mut query);
+        self.run(&mut query);
         query.finish()
     }
 

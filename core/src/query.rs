@@ -95,15 +95,18 @@ impl Count for &mut Counters {
 
 /// What an index asks while it walks.
 pub trait Query {
-    /// The parameter beyond which nothing matters any more; a node is skipped only if it begins
-    /// beyond. Never grows.
-    fn last(&self) -> f64;
     /// Says that a node is entered.
     fn enter(&mut self);
     /// The ray that is asked about.
     fn ray(&self) -> &Ray;
-    /// The `t` beyond which nothing matters any more; [`Query::last`] before rounding is allowed for.
+    /// The `t` beyond which nothing matters any more. Never grows.
     fn last_t(&self) -> f32;
+    /// The parameter that may still be rounded to [`Query::last_t`]; a node is skipped only if it begins
+    /// beyond.
+    #[inline]
+    fn last(&self) -> f64 {
+        last_parameter(self.last_t())
+    }
     /// Says that so many triangles are tested.
     fn count_tests(&mut self, count: u32);
     /// Decides exactly whether a triangle is hit; `Break` once the answer is known. Asking about one
@@ -127,7 +130,6 @@ pub(crate) struct Closest<'r, C> {
     count: C,
     id: TriangleId,
     t: f32,
-    last: f64,
     meeting: Option<Meeting<'r>>,
 }
 
@@ -135,7 +137,7 @@ impl<'r, C: Count> Closest<'r, C> {
     pub fn new(ray: &'r Ray, count: C) -> Self {
         let t = ray.t_max();
         let id = Hit::NONE.triangle;
-        Self { ray, count, id, t, last: last_parameter(t), meeting: None }
+        Self { ray, count, id, t, meeting: None }
     }
 
     pub fn finish(self) -> Option<Hit> {
@@ -145,11 +147,6 @@ impl<'r, C: Count> Closest<'r, C> {
 }
 
 impl<C: Count> Query for Closest<'_, C> {
-    #[inline]
-    fn last(&self) -> f64 {
-        self.last
-    }
-
     #[inline]
     fn enter(&mut self) {
         self.count.node();
@@ -177,7 +174,6 @@ impl<C: Count> Query for Closest<'_, C> {
         {
             self.t = meeting.t();
             self.id = id;
-            self.last = last_parameter(self.t);
             self.meeting = Some(meeting);
         }
         ControlFlow::Continue(())
@@ -188,22 +184,16 @@ impl<C: Count> Query for Closest<'_, C> {
 pub(crate) struct Occluded<'r, C> {
     ray: &'r Ray,
     count: C,
-    last: f64,
     pub found: bool,
 }
 
 impl<'r, C: Count> Occluded<'r, C> {
     pub fn new(ray: &'r Ray, count: C) -> Self {
-        Self { ray, count, last: last_parameter(ray.t_max()), found: false }
+        Self { ray, count, found: false }
     }
 }
 
 impl<C: Count> Query for Occluded<'_, C> {
-    #[inline]
-    fn last(&self) -> f64 {
-        self.last
-    }
-
     #[inline]
     fn enter(&mut self) {
         self.count.node();
@@ -243,14 +233,11 @@ pub(crate) struct All<'r, 'h, C> {
     filled: usize,
     truncated: bool,
     t_max: f32,
-    last: f64,
 }
 
 impl<'r, 'h, C: Count> All<'r, 'h, C> {
     pub fn new(ray: &'r Ray, buffer: &'h mut [Hit], count: C) -> Self {
-        let t_max = ray.t_max();
-        let last = last_parameter(t_max);
-        Self { ray, count, buffer, filled: 0, truncated: false, t_max, last }
+        Self { ray, count, buffer, filled: 0, truncated: false, t_max: ray.t_max() }
     }
 
     pub fn finish(self) -> AllHits<'h> {
@@ -276,17 +263,11 @@ impl<'r, 'h, C: Count> All<'r, 'h, C> {
             // Only now may the search stop earlier: before, `truncated` was still to be found out.
             self.truncated = true;
             self.t_max = self.buffer.last().map_or(self.t_max, |hit| hit.t);
-            self.last = last_parameter(self.t_max);
         }
     }
 }
 
 impl<C: Count> Query for All<'_, '_, C> {
-    #[inline]
-    fn last(&self) -> f64 {
-        self.last
-    }
-
     #[inline]
     fn enter(&mut self) {
         self.count.node();

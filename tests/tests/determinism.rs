@@ -31,8 +31,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("bsp-tree-hierarchy", 0x1bdd_338c_7571_fe7e),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
-    ("wide-octree", 0x712f_0a97_abc9_c2e7),
-    ("wide-octree-hierarchy", 0x2958_aa0c_7268_75c0),
+    ("wide-octree", 0x418a_5612_c2c5_092a),
+    ("wide-octree-hierarchy", 0x289c_d08e_c3e4_caf0),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots

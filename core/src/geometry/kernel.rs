@@ -79,24 +79,26 @@ pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
 /// A ray that hits a triangle; where in the triangle is found out when asked.
 #[derive(Clone, Copy)]
 pub struct Meeting<'r> {
-    volumes: Volumes<'r>,
-    det_sign: i32,
+    pair: Pair<'r>,
+    u: Approximate,
+    v: Approximate,
+    det: Divisor,
     t: f32,
 }
 
 /// The hit with `t_min <= t <= t_max`, if there is one; without the `f32` filter.
 #[inline]
 pub fn meet<'r>(ray: &'r Ray, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<Meeting<'r>> {
-    let volumes = Volumes::new(ray, triangle);
-    let det_sign = volumes.hit_sign()?;
-    let t = volumes.t_quotient(det_sign);
-    let (low, high) = t.bracket();
-    if high < t_min || low > t_max {
+    let pair = Pair { ray, triangle: *triangle };
+    let volumes = Volumes::new(&pair);
+    let det = Divisor::new(volumes.det, volumes.hit_sign(&pair)?);
+    let t = det.quotient(volumes.t);
+    if t.high < t_min || t.low > t_max {
         return None;
     }
-    let t = t.round();
+    let t = t.round(&pair, det.sign, Exact::t_minus);
     let inside = t_min <= t && t <= t_max && t.is_finite();
-    inside.then_some(Meeting { volumes, det_sign, t })
+    inside.then_some(Meeting { pair, u: volumes.u, v: volumes.v, det, t })
 }
 
 impl Meeting<'_> {
@@ -109,8 +111,9 @@ impl Meeting<'_> {
     /// See [`Intersection::u`] and [`Intersection::v`].
     #[inline]
     pub fn weights(&self) -> (f32, f32) {
-        let u = self.volumes.u_quotient(self.det_sign).round();
-        let v = self.volumes.v_quotient(self.det_sign).round();
+        let (pair, det) = (&self.pair, &self.det);
+        let u = det.quotient(self.u).round(pair, det.sign, Exact::u_minus);
+        let v = det.quotient(self.v).round(pair, det.sign, Exact::v_minus);
         (u, clamped(u, v))
     }
 }
@@ -202,11 +205,22 @@ impl Approximate {
     }
 }
 
-/// The volumes of one ray and one triangle in `f64`, and the way to the exact ones.
+/// What the exact volumes are made from.
 #[derive(Clone, Copy)]
-struct Volumes<'r> {
+struct Pair<'r> {
     ray: &'r Ray,
     triangle: Triangle,
+}
+
+impl Pair<'_> {
+    fn exact(&self) -> Exact {
+        let (origin, direction) = (self.ray.origin(), self.ray.direction());
+        Exact { origin, direction, triangle: self.triangle }
+    }
+}
+
+/// The volumes of one ray and one triangle in `f64`.
+struct Volumes {
     t: Approximate,
     u: Approximate,
     v: Approximate,
@@ -214,8 +228,9 @@ struct Volumes<'r> {
     det: Approximate,
 }
 
-impl<'r> Volumes<'r> {
-    fn new(ray: &'r Ray, triangle: &Triangle) -> Self {
+impl Volumes {
+    #[inline]
+    fn new(&Pair { ray, triangle }: &Pair<'_>) -> Self {
         const R: f64 = f64::EPSILON / 2.0;
         let wide = |v: Vec3| [f64::from(v.x), f64::from(v.y), f64::from(v.z)];
         let minus = |p: V3, q: V3| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
@@ -240,8 +255,6 @@ impl<'r> Volumes<'r> {
         let de = d_max * e_max;
         let bound = |value: f64, error: f64| Approximate { value, error };
         Self {
-            ray,
-            triangle: *triangle,
             t: bound(t, 56.0 * R * a_max * e_max * e_max),
             u: bound(u, 48.0 * R * de * a_max),
             v: bound(v, 48.0 * R * de * a_max),
@@ -251,115 +264,97 @@ impl<'r> Volumes<'r> {
     }
 
     /// The sign of `det` if the line meets the closed triangle.
-    fn hit_sign(&self) -> Option<i32> {
-        let u = self.u.sign(|| self.exact().u_minus(0.0).sign());
-        let v = self.v.sign(|| self.exact().v_minus(0.0).sign());
+    #[inline]
+    fn hit_sign(&self, pair: &Pair<'_>) -> Option<i32> {
+        let u = self.u.sign(|| pair.exact().u_minus(0.0).sign());
+        let v = self.v.sign(|| pair.exact().v_minus(0.0).sign());
         if u * v < 0 {
             return None;
         }
-        let w = self.w.sign(|| self.exact().w().sign());
+        let w = self.w.sign(|| pair.exact().w().sign());
         if u * w < 0 || v * w < 0 {
             return None;
         }
         // No two are opposite, so any that is not zero has the sign of their sum, det.
         [u, v, w].into_iter().find(|&sign| sign != 0)
     }
-
-    fn exact(&self) -> Exact {
-        Exact {
-            origin: self.ray.origin(),
-            direction: self.ray.direction(),
-            triangle: self.triangle,
-        }
-    }
-
-    fn t_quotient(&self, det_sign: i32) -> Quotient<'_, 'r> {
-        self.quotient(self.t, det_sign, Exact::t_minus)
-    }
-
-    fn u_quotient(&self, det_sign: i32) -> Quotient<'_, 'r> {
-        self.quotient(self.u, det_sign, Exact::u_minus)
-    }
-
-    fn v_quotient(&self, det_sign: i32) -> Quotient<'_, 'r> {
-        self.quotient(self.v, det_sign, Exact::v_minus)
-    }
-
-    fn quotient(
-        &self,
-        numerator: Approximate,
-        det_sign: i32,
-        minus: fn(&Exact, f64) -> Volume,
-    ) -> Quotient<'_, 'r> {
-        let (low, high) = bracket(numerator, self.det);
-        Quotient { volumes: self, det_sign, minus, low, high }
-    }
 }
 
-/// The `f32` values between which the quotient, rounded to `f32`, must lie.
-///
-/// With `N`, `D` exact and `n`, `d` computed: `N/D - n/d = ((N - n) d - n (D - d)) / (D d)`, at most
-/// `(error_n + |n/d| error_d) / (|d| - error_d)`. The divisions and sums here round a few times; the
-/// factor 1.001 and the relative 2^-50 cover that. Rounding to `f32` keeps the order.
-fn bracket(numerator: Approximate, det: Approximate) -> (f32, f32) {
-    let room = det.value.abs() - det.error;
-    if room <= det.error {
-        return (f32::NEG_INFINITY, f32::INFINITY);
+/// What the volumes of a hit are divided by.
+#[derive(Clone, Copy)]
+struct Divisor {
+    error: f64,
+    /// NaN where the error is too large a part of it; then nothing that is compared holds, and exact
+    /// arithmetic decides.
+    inverse: f64,
+    sign: i32,
+}
+
+impl Divisor {
+    fn new(det: Approximate, sign: i32) -> Self {
+        let certain = det.error < det.value.abs() * 1e-4;
+        let inverse = if certain { 1.0 / det.value } else { f64::NAN };
+        Self { error: det.error, inverse, sign }
     }
-    let q = numerator.value / det.value;
-    let error =
-        (numerator.error + q.abs() * det.error) / room * 1.001 + q.abs() * 4.0 * f64::EPSILON;
-    ((q - error) as f32, (q + error) as f32)
+
+    /// The `f32` values between which the quotient, rounded to `f32`, must lie.
+    ///
+    /// With `N`, `D` exact and `n`, `d` computed: `N/D - n/d = ((N - n) d - n (D - d)) / (D d)`, at most
+    /// `(error_n + |n/d| error_d) / (|d| - error_d)`, where the divisor is at least `0.9999 |d|`. The
+    /// quotient rounds twice, the products and sums of its error a few times; the factor 1.001 and the
+    /// relative 2^-50 cover that. Rounding to `f32` keeps the order.
+    #[inline]
+    fn quotient(&self, numerator: Approximate) -> Bracket {
+        let q = numerator.value * self.inverse;
+        let error = (numerator.error + q.abs() * self.error) * self.inverse.abs() * 1.001
+            + q.abs() * 4.0 * f64::EPSILON;
+        Bracket { low: (q - error) as f32, high: (q + error) as f32 }
+    }
 }
 
 /// Half-way from the largest `f32` to what would be the next, 2^128: from here on rounding overflows.
 const BEYOND_MAX: f64 = 340_282_356_779_733_661_637_539_395_458_142_568_448.0; // 2^128 - 2^103
 
-/// A quotient `numerator / det`, to be rounded to the nearest `f32`.
-struct Quotient<'v, 'r> {
-    volumes: &'v Volumes<'r>,
-    det_sign: i32,
-    /// The exact `numerator - m * det`.
-    minus: fn(&Exact, f64) -> Volume,
+/// Where a quotient lies that is to be rounded to the nearest `f32`.
+struct Bracket {
     low: f32,
     high: f32,
 }
 
-impl Quotient<'_, '_> {
-    /// Bounds of what `round` returns, without exact arithmetic.
-    fn bracket(&self) -> (f32, f32) {
-        (self.low, self.high)
+impl Bracket {
+    /// The nearest `f32`, ties to even; never -0.0. `minus` is the exact `numerator - m * det`.
+    #[inline]
+    fn round(&self, pair: &Pair<'_>, det_sign: i32, minus: fn(&Exact, f64) -> Volume) -> f32 {
+        if self.low == self.high { self.low + 0.0 } else { round_exactly(pair, det_sign, minus) }
     }
+}
 
-    /// The nearest `f32`, ties to even; never -0.0.
-    fn round(&self) -> f32 {
-        if self.low == self.high {
-            return self.low + 0.0;
-        }
-        // The exact volumes, rounded: each is off by at most 2^-51 of itself, the quotient by less
-        // than 2^-49. At most one boundary between two f32 values lies in such an interval.
-        let exact = self.volumes.exact();
-        let numerator = (self.minus)(&exact, 0.0).estimate();
-        let q = numerator / exact.det().estimate();
-        let error = q.abs() * (4.0 * f64::EPSILON);
-        let (low, high) = ((q - error) as f32, (q + error) as f32);
-        if low == high {
-            return low + 0.0;
-        }
-        // On which side of that boundary is the exact quotient?
-        let boundary = match (low.is_finite(), high.is_finite()) {
-            (true, true) => (f64::from(low) + f64::from(high)) * 0.5,
-            (true, false) => BEYOND_MAX,
-            _ => -BEYOND_MAX,
-        };
-        let side = (self.minus)(&exact, boundary).sign() * self.det_sign;
-        let nearest = match side {
-            0 => boundary as f32, // the conversion rounds ties to even
-            1.. => high,
-            _ => low,
-        };
-        nearest + 0.0
+#[cold]
+#[inline(never)]
+fn round_exactly(pair: &Pair<'_>, det_sign: i32, minus: fn(&Exact, f64) -> Volume) -> f32 {
+    // The exact volumes, rounded: each is off by at most 2^-51 of itself, the quotient by less
+    // than 2^-49. At most one boundary between two f32 values lies in such an interval.
+    let exact = pair.exact();
+    let numerator = minus(&exact, 0.0).estimate();
+    let q = numerator / exact.det().estimate();
+    let error = q.abs() * (4.0 * f64::EPSILON);
+    let (low, high) = ((q - error) as f32, (q + error) as f32);
+    if low == high {
+        return low + 0.0;
     }
+    // On which side of that boundary is the exact quotient?
+    let boundary = match (low.is_finite(), high.is_finite()) {
+        (true, true) => (f64::from(low) + f64::from(high)) * 0.5,
+        (true, false) => BEYOND_MAX,
+        _ => -BEYOND_MAX,
+    };
+    let side = minus(&exact, boundary).sign() * det_sign;
+    let nearest = match side {
+        0 => boundary as f32, // the conversion rounds ties to even
+        1.. => high,
+        _ => low,
+    };
+    nearest + 0.0
 }
 
 /// A difference of two `f32`: at most two terms.

@@ -5,7 +5,7 @@ use core::ops::ControlFlow;
 
 use super::{Division, Group, Local, LocalIndex, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
-use crate::geometry::{Ray, RaySpan, Span};
+use crate::geometry::{RaySpan, Span};
 use crate::index::Representation;
 use crate::memory::{ClusterNode, Image, NodeId, Words};
 use crate::query::Query;
@@ -48,13 +48,8 @@ impl<L: LocalIndex> Structure for L {
     }
 
     #[inline]
-    fn traverse<Q: Query>(
-        image: &Image<'_>,
-        ray: &Ray,
-        _: Vectors,
-        query: &mut Q,
-    ) -> ControlFlow<()> {
-        walk::<L, Q>(image, &RaySpan::new(ray), query)
+    fn traverse<Q: Query>(image: &Image<'_>, _: Vectors, query: &mut Q) -> ControlFlow<()> {
+        walk::<L, Q>(image, &RaySpan::new(query.ray()), query)
     }
 
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {

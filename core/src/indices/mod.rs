@@ -34,7 +34,7 @@ pub use uniform_grid::UniformGrid;
 pub use wide_octree::WideOctree;
 
 use crate::cluster::Clusters;
-use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
+use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::index::Representation;
 use crate::memory::{ClusterNode, Image, Words};
 use crate::query::{Query, TriangleId};
@@ -109,13 +109,26 @@ pub trait Structure: 'static {
         scratch: &mut [u8],
     ) -> Result<(), BuildError>;
 
-    /// Shows `query` the triangles near the ray.
-    fn traverse<Q: Query>(
+    /// Shows `query` the triangles near its ray.
+    fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) -> ControlFlow<()>;
+
+    /// Answers `count` queries, in any order: `start` makes the one of a number, `finish` takes it back.
+    #[inline]
+    fn traverse_each<Q: Query>(
         image: &Image<'_>,
-        ray: &Ray,
         vectors: Vectors,
-        query: &mut Q,
-    ) -> ControlFlow<()>;
+        count: usize,
+        start: impl Fn(usize) -> Option<Q>,
+        mut finish: impl FnMut(usize, Q),
+    ) {
+        for place in 0..count {
+            let Some(mut query) = start(place) else { return };
+            // Both outcomes end the walk; the query knows the answer.
+            let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
+                Self::traverse(image, vectors, &mut query);
+            finish(place, query);
+        }
+    }
 
     /// Checks everything on which `traverse` relies to end and to stay inside, for any words, and says
     /// what the index consists of. Cost: linear.

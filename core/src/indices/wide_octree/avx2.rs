@@ -7,17 +7,17 @@
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
-    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsi128_si32,
+    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _mm_cvtsi128_si32,
     _mm_minpos_epu16, _mm_or_si128, _mm_packus_epi32, _mm256_add_ps, _mm256_and_ps,
     _mm256_andnot_ps, _mm256_castps_si256, _mm256_castsi256_si128, _mm256_cmp_ps,
     _mm256_extracti128_si256, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
-    _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_ps,
-    _mm256_xor_ps, _mm256_xor_si256,
+    _mm256_or_ps, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_ps,
+    _mm256_xor_ps,
 };
 use core::ops::ControlFlow;
 
 use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW};
-use super::walk::walk_in_lanes;
+use super::walk::{walk_each_in_lanes, walk_in_lanes};
 use super::{Head, LANES, Leaf, Node, Row};
 use crate::query::Query;
 
@@ -25,25 +25,39 @@ enum Avx2 {}
 
 /// See `walk_in_lanes`.
 #[inline]
-pub(super) fn walk<Q: Query>(
-    rows: &[Row],
-    head: Head,
-    ray: &LaneRay,
-    query: &mut Q,
-) -> ControlFlow<()> {
+pub(super) fn walk<Q: Query>(rows: &[Row], head: Head, query: &mut Q) -> ControlFlow<()> {
     // SAFETY: only called where `Vectors::has_avx2` is true, which `Vectors::detect` alone can make so,
     // after the processor and the system said that they have AVX2.
-    unsafe { walk_with_avx2(rows, head, ray, query) }
+    unsafe { walk_with_avx2(rows, head, query) }
 }
 
 #[target_feature(enable = "avx2")]
-fn walk_with_avx2<Q: Query>(
+fn walk_with_avx2<Q: Query>(rows: &[Row], head: Head, query: &mut Q) -> ControlFlow<()> {
+    walk_in_lanes::<Avx2, Q>(rows, head, query)
+}
+
+/// See `walk_each_in_lanes`.
+#[inline]
+pub(super) fn walk_each<Q: Query>(
     rows: &[Row],
     head: Head,
-    ray: &LaneRay,
-    query: &mut Q,
-) -> ControlFlow<()> {
-    walk_in_lanes::<Avx2, Q>(rows, head, ray, query)
+    count: usize,
+    start: impl Fn(usize) -> Option<Q>,
+    finish: impl FnMut(usize, Q),
+) {
+    // SAFETY: see `walk`.
+    unsafe { walk_each_with_avx2(rows, head, count, start, finish) }
+}
+
+#[target_feature(enable = "avx2")]
+fn walk_each_with_avx2<Q: Query>(
+    rows: &[Row],
+    head: Head,
+    count: usize,
+    start: impl Fn(usize) -> Option<Q>,
+    finish: impl FnMut(usize, Q),
+) {
+    walk_each_in_lanes::<Avx2, Q>(rows, head, count, start, finish);
 }
 
 impl Lanes for Avx2 {
@@ -87,7 +101,7 @@ fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
     let mut entry = _mm256_set1_ps(ray.t_min);
     let mut exit = _mm256_set1_ps(last);
     for axis in 0..3 {
-        let sign = ray.signs[axis] & 1;
+        let sign = ray.signs[axis] as usize & 1;
         let near = load(&node[2 * axis + sign]);
         let far = load(&node[2 * axis + (1 - sign)]);
         let origin = _mm256_set1_ps(ray.origin[axis]);
@@ -98,12 +112,9 @@ fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
         exit = _mm256_min_ps(t, exit);
     }
     let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
-    // A comparison gives ones; those of a box that is not met make its key `FAR`.
-    let missed = _mm256_xor_si256(
-        _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)),
-        _mm256_set1_epi32(-1),
-    );
-    let keys = _mm256_castps_si256(_mm256_or_ps(entry, bytemuck::must_cast(missed)));
+    // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
+    let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);
+    let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
     let keys: __m256i = _mm256_srli_epi32::<16>(keys);
     _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
 }

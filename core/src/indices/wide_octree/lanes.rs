@@ -24,18 +24,20 @@
 //! last D E^2` for each of: the product, the sum with the margin, the rounding of the reported `t`. 80
 //! covers either.
 
+use glam::Vec3A;
+
 use super::{LANES, Leaf, Node};
 use crate::geometry::Ray;
 
 /// A ray prepared for lanes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct LaneRay {
     pub origin: [f32; 3],
     pub direction: [f32; 3],
     pub entry_inverse: [f32; 3],
     pub exit_inverse: [f32; 3],
     /// 1 where the direction is negative: the ray enters a box where it ends.
-    pub signs: [usize; 3],
+    pub signs: [u32; 3],
     /// The largest component of the direction.
     pub reach: f32,
     /// The most that underflows can cost a volume.
@@ -76,23 +78,26 @@ impl LaneRay {
     /// `None` for a ray that has to take the `f64` way, in a scene whose largest coordinate is given.
     #[inline(always)]
     pub fn new(ray: &Ray, largest_coordinate: f32) -> Option<Self> {
-        let origin = ray.origin().to_array();
-        let direction = ray.direction().to_array();
-        let reach = largest(direction);
-        let tame = |d: f32| d == 0.0 || d.abs() >= LEAST_DIRECTION;
-        let tame_direction = reach <= MOST_DIRECTION
-            && (tame(direction[0]) & tame(direction[1]) & tame(direction[2]));
-        let tame_place = larger(largest(origin), largest_coordinate) <= MOST_COORDINATE;
-        if !(tame_direction && tame_place && ray.t_min() >= 0.0) {
+        let (origin, direction) = (Vec3A::from(ray.origin()), Vec3A::from(ray.direction()));
+        let sizes = direction.abs();
+        let reach = sizes.max_element();
+        let tame_direction = sizes.cmpge(Vec3A::splat(LEAST_DIRECTION)) | sizes.cmpeq(Vec3A::ZERO);
+        let tame = tame_direction.all()
+            && reach <= MOST_DIRECTION
+            && origin.abs().max_element() <= MOST_COORDINATE
+            && largest_coordinate <= MOST_COORDINATE
+            && ray.t_min() >= 0.0;
+        if !tame {
             return None;
         }
-        let inverse = direction.map(|d| 1.0 / d);
+        let inverse = Vec3A::ONE / direction;
+        let negative = direction.cmplt(Vec3A::ZERO).bitmask();
         Some(Self {
-            origin,
-            direction,
-            entry_inverse: inverse.map(|x| x * EARLIER),
-            exit_inverse: inverse.map(|x| x * LATER),
-            signs: direction.map(|d| usize::from(d < 0.0)),
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            entry_inverse: (inverse * EARLIER).to_array(),
+            exit_inverse: (inverse * LATER).to_array(),
+            signs: [negative & 1, negative >> 1 & 1, negative >> 2 & 1],
             reach,
             underflow: UNDERFLOW * larger(reach, 1.0),
             t_min: ray.t_min(),
@@ -140,7 +145,7 @@ impl Lanes for Portable {
         let mut entry = [ray.t_min; LANES];
         let mut exit = [last; LANES];
         for axis in 0..3 {
-            let sign = ray.signs[axis] & 1;
+            let sign = ray.signs[axis] as usize & 1;
             let (near, far) = (&node[2 * axis + sign], &node[2 * axis + (1 - sign)]);
             let o = ray.origin[axis];
             let (entry_inverse, exit_inverse) = (ray.entry_inverse[axis], ray.exit_inverse[axis]);

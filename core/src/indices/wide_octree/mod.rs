@@ -36,7 +36,7 @@ use super::{Division, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::memory::{Image, Words};
 use crate::query::Query;
-use crate::{BuildError, Options, Ray, Triangle, Vec3, Vectors};
+use crate::{BuildError, Options, Triangle, Vec3, Vectors};
 
 /// The wide octree, alone or as the local index of a hierarchy.
 pub enum WideOctree {}
@@ -129,13 +129,19 @@ impl Structure for WideOctree {
     }
 
     #[inline]
-    fn traverse<Q: Query>(
-        image: &Image<'_>,
-        _: &Ray,
-        vectors: Vectors,
-        query: &mut Q,
-    ) -> ControlFlow<()> {
+    fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) -> ControlFlow<()> {
         walk::walk(image, vectors, query)
+    }
+
+    #[inline]
+    fn traverse_each<Q: Query>(
+        image: &Image<'_>,
+        vectors: Vectors,
+        count: usize,
+        start: impl Fn(usize) -> Option<Q>,
+        finish: impl FnMut(usize, Q),
+    ) {
+        walk::walk_each(image, vectors, count, start, finish);
     }
 
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {

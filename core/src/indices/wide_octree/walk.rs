@@ -21,61 +21,180 @@ pub(super) fn walk<Q: Query>(
     let Some((rows, head)) = rows(image) else {
         return ControlFlow::Continue(());
     };
-    let Some(ray) = LaneRay::new(query.ray(), head.largest) else {
-        return walk_in_f64(rows, head.root, query);
-    };
     #[cfg(target_arch = "x86_64")]
     if vectors.has_avx2() {
-        return super::avx2::walk(rows, head, &ray, query);
+        return super::avx2::walk(rows, head, query);
     }
     let _ = vectors;
-    walk_in_lanes::<Portable, Q>(rows, head, &ray, query)
+    walk_in_lanes::<Portable, Q>(rows, head, query)
 }
 
-/// The nearest child first. What is left of a node waits as one entry: its row, and the keys of the
-/// children that were not entered.
+/// See [`Structure::traverse_each`](crate::indices::Structure::traverse_each).
+#[inline]
+pub(super) fn walk_each<Q: Query>(
+    image: &Image<'_>,
+    vectors: Vectors,
+    count: usize,
+    start: impl Fn(usize) -> Option<Q>,
+    finish: impl FnMut(usize, Q),
+) {
+    // Without rows there is nothing to be hit.
+    let (rows, head) = rows(image).unwrap_or((&[], Head { root: EMPTY, edge: 0.0, largest: 0.0 }));
+    #[cfg(target_arch = "x86_64")]
+    if vectors.has_avx2() {
+        return super::avx2::walk_each(rows, head, count, start, finish);
+    }
+    let _ = vectors;
+    walk_each_in_lanes::<Portable, Q>(rows, head, count, start, finish);
+}
+
 #[inline(always)]
 pub(super) fn walk_in_lanes<L: Lanes, Q: Query>(
     rows: &[Row],
     head: Head,
-    ray: &LaneRay,
     query: &mut Q,
 ) -> ControlFlow<()> {
-    let mut stack = heapless::Vec::<(L::Keys, u32), STACK>::new();
-    let (mut link, mut edge) = (head.root, head.edge);
-    // Beyond the largest number nothing is hit; an entry at infinity is none.
-    let mut last = finite(query.last_t());
+    let Some(ray) = LaneRay::new(query.ray(), head.largest) else {
+        return walk_in_f64(rows, head.root, query);
+    };
+    let mut walk = Walk::<L>::new(ray, head, query);
+    while walk.step(rows, query)?.is_more() {}
+    ControlFlow::Continue(())
+}
+
+/// Rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
+/// processor works for the others.
+const IN_TURN: usize = 4;
+
+#[inline(always)]
+pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
+    rows: &[Row],
+    head: Head,
+    count: usize,
+    start: impl Fn(usize) -> Option<Q>,
+    mut finish: impl FnMut(usize, Q),
+) {
+    let mut place = 0;
+    // The next ray that lanes can take; the others are answered at once.
+    let mut next = |walk: &mut Walk<L>, finish: &mut dyn FnMut(usize, Q)| {
+        while place < count {
+            let at = place;
+            place += 1;
+            let mut query = start(at)?;
+            if let Some(ray) = LaneRay::new(query.ray(), head.largest) {
+                walk.begin(ray, head, &query);
+                return Some((query, at));
+            }
+            let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
+                walk_in_f64(rows, head.root, &mut query);
+            finish(at, query);
+        }
+        None
+    };
+    let mut walks: [Walk<L>; IN_TURN] = core::array::from_fn(|_| Walk::idle());
+    let mut queries: [Option<(Q, usize)>; IN_TURN] =
+        core::array::from_fn(|turn| next(&mut walks[turn], &mut finish));
     loop {
+        let mut any = false;
+        for (walk, slot) in walks.iter_mut().zip(&mut queries) {
+            let Some((query, _)) = slot else { continue };
+            any = true;
+            if let ControlFlow::Continue(Progress::More) = walk.step(rows, query) {
+                continue;
+            }
+            if let Some((query, at)) = slot.take() {
+                finish(at, query);
+            }
+            *slot = next(walk, &mut finish);
+        }
+        if !any {
+            return;
+        }
+    }
+}
+
+/// Whether a walk goes on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Progress {
+    More,
+    Done,
+}
+
+impl Progress {
+    #[inline(always)]
+    fn is_more(self) -> bool {
+        self == Self::More
+    }
+}
+
+/// The walk of one ray: the nearest child first. What is left of a node waits as one entry: its row, and
+/// the keys of the children that were not entered.
+struct Walk<L: Lanes> {
+    ray: LaneRay,
+    /// The node to be entered.
+    link: u32,
+    edge: f32,
+    last: f32,
+    stack: heapless::Vec<(L::Keys, u32), STACK>,
+}
+
+impl<L: Lanes> Walk<L> {
+    /// No walk yet.
+    fn idle() -> Self {
+        let stack = heapless::Vec::new();
+        Self { ray: LaneRay::default(), link: EMPTY, edge: 0.0, last: 0.0, stack }
+    }
+
+    #[inline(always)]
+    fn new<Q: Query>(ray: LaneRay, head: Head, query: &Q) -> Self {
+        let (last, stack) = (finite(query.last_t()), heapless::Vec::new());
+        Self { ray, link: head.root, edge: head.edge, last, stack }
+    }
+
+    /// As `new`, in place: most of a walk is room for its stack.
+    #[inline(always)]
+    fn begin<Q: Query>(&mut self, ray: LaneRay, head: Head, query: &Q) {
+        self.ray = ray;
+        (self.link, self.edge) = (head.root, head.edge);
+        self.last = finite(query.last_t());
+        self.stack.clear();
+    }
+
+    /// Enters one node.
+    #[inline(always)]
+    fn step<Q: Query>(&mut self, rows: &[Row], query: &mut Q) -> ControlFlow<(), Progress> {
+        const DONE: ControlFlow<(), Progress> = ControlFlow::Continue(Progress::Done);
         query.enter();
-        let mut keys;
-        let mut row;
+        let link = self.link;
+        let (mut keys, mut row);
         if link & LEAF != 0 {
             if let Some(leaf) = leaf_at(rows, link) {
-                test_leaf::<L, Q>(leaf, leaf_count(link), edge, ray, last, query)?;
-                last = finite(query.last_t());
+                let count = leaf_count(link);
+                test_leaf::<L, Q>(leaf, count, self.edge, &self.ray, self.last, query)?;
+                self.last = finite(query.last_t());
             }
-            let Some(top) = stack.pop() else { break };
+            let Some(top) = self.stack.pop() else { return DONE };
             (keys, row) = top;
         } else {
-            let Some(node) = node_at(rows, link) else { break };
-            keys = L::meet_boxes(node, ray, last);
-            row = link;
+            let Some(node) = node_at(rows, link) else { return DONE };
+            (keys, row) = (L::meet_boxes(node, &self.ray, self.last), link);
         }
         // The nearest child that is not entered yet, of the lowest node that has one.
         let lane = loop {
             let (nearest, lane) = L::nearest(keys);
-            if nearest <= key(last) {
+            if nearest <= key(self.last) {
                 break lane;
             }
-            let Some(top) = stack.pop() else { return ControlFlow::Continue(()) };
+            let Some(top) = self.stack.pop() else { return DONE };
             (keys, row) = top;
         };
-        let Some(node) = node_at(rows, row) else { break };
-        (link, edge) = (node[LINKS_ROW][lane], f32::from_bits(node[EDGES_ROW][lane]));
-        let pushed = stack.push((L::without(keys, lane), row)).is_ok();
+        let Some(node) = node_at(rows, row) else { return DONE };
+        self.link = node[LINKS_ROW][lane];
+        self.edge = f32::from_bits(node[EDGES_ROW][lane]);
+        let pushed = self.stack.push((L::without(keys, lane), row)).is_ok();
         debug_assert!(pushed, "validation bounds the depth");
+        ControlFlow::Continue(Progress::More)
     }
-    ControlFlow::Continue(())
 }
 
 #[inline(always)]
@@ -103,6 +222,8 @@ fn test_leaf<L: Lanes, Q: Query>(
 }
 
 /// For rays beyond what `lanes` can bound: box by box, triangle by triangle.
+#[cold]
+#[inline(never)]
 fn walk_in_f64<Q: Query>(rows: &[Row], root: u32, query: &mut Q) -> ControlFlow<()> {
     let ray = RaySpan::new(query.ray());
     let mut stack = heapless::Vec::<(u32, Span), { STACK * LANES }>::new();
