@@ -31,8 +31,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("bsp-tree-hierarchy", 0x1bdd_338c_7571_fe7e),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
-    ("wide-octree", 0x418a_5612_c2c5_092a),
-    ("wide-octree-hierarchy", 0x289c_d08e_c3e4_caf0),
+    ("wide-octree", 0xd093_d655_8b6c_75ae),
+    ("wide-octree-hierarchy", 0x726d_3fab_6a9e_1b86),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots

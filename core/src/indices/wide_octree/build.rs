@@ -6,38 +6,70 @@
 //! rounded up to full leaves: this fills them.
 
 use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
 
 use super::{
     BALANCED_FROM, EMPTY, HEAD_ROWS, LANES, LEAF_ROWS, NO_ID, NODE_ROWS, ROW_MASK, leaf_link,
 };
-use crate::auto::surface;
 use crate::cluster::{Clusters, MAX_TREE_DEPTH};
-use crate::geometry::Aabb;
 use crate::indices::Division;
 use crate::memory::{Arena, ClusterNode, NodeId, Words, size_of_slice};
 use crate::{BuildError, Triangle, Vec3};
 
-/// Bins an axis. 8 cost about 2% more steps, 32 were no better.
+/// Bins an axis, and for fewer triangles than `FEW`: there, sweeping over the bins is most of the work. 8
+/// for all cost about 2% more steps, 32 were no better.
 const BINS: usize = 16;
+const BINS_OF_FEW: usize = 8;
+const FEW: usize = 48;
 
-/// A triangle while it is being sorted into the tree.
+/// A box, in registers of four; the last component is not used.
+///
+/// No coordinate is -0.0, so the least and the largest are the same on every target.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Item {
-    bounds: Aabb,
-    id: u32,
+struct Box4 {
+    lo: Vec4,
+    hi: Vec4,
 }
 
-impl Item {
-    fn largest_coordinate(&self) -> f32 {
-        let corners = [self.bounds.lo, self.bounds.hi];
-        let all = corners.into_iter().flat_map(|corner| corner.to_array());
-        all.fold(0.0, |all, x| larger(all, x.abs()))
+impl Box4 {
+    const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+
+    fn union(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// Half the surface.
+    fn surface(&self) -> f32 {
+        let [x, y, z, _] = (self.hi - self.lo).to_array();
+        x * y + y * z + z * x
     }
 
     /// The middle; halves are summed, so nothing overflows.
-    fn middle(&self) -> Vec3 {
-        self.bounds.lo * 0.5 + self.bounds.hi * 0.5
+    fn middle(&self) -> Vec4 {
+        self.lo * 0.5 + self.hi * 0.5
+    }
+}
+
+/// A triangle while it is being sorted into the tree: its box, and in the fourth components its id, the
+/// upper 16 bits and the lower as numbers.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(transparent)]
+struct Item(Box4);
+
+impl Item {
+    fn new(triangle: &Triangle, id: u32) -> Self {
+        let bounds = triangle.bounds();
+        let (lo, hi) = (bounds.lo + Vec3::ZERO, bounds.hi + Vec3::ZERO);
+        Self(Box4 { lo: lo.extend((id >> 16) as f32), hi: hi.extend((id & 0xffff) as f32) })
+    }
+
+    fn id(&self) -> u32 {
+        (self.0.lo.w as u32) << 16 | self.0.hi.w as u32
+    }
+
+    fn largest_coordinate(&self) -> f32 {
+        self.0.lo.abs().max(self.0.hi.abs()).truncate().max_element()
     }
 }
 
@@ -101,7 +133,7 @@ fn sort_by_cluster_tree(
         if at < clusters.count() {
             for (&id, slot) in clusters.get(at).iter().zip(slots.by_ref()) {
                 let triangle = triangles.get(id as usize).copied().unwrap_or_default();
-                *slot = Item { bounds: triangle.bounds(), id };
+                *slot = Item::new(&triangle, id);
             }
         } else if let Some(node) = nodes.get(at) {
             let [left, right] = node.links.map(|link| link as usize);
@@ -132,14 +164,14 @@ fn count_triangles(counts: &mut [u32], clusters: &Clusters<'_>, nodes: &[Cluster
 struct Part {
     from: usize,
     to: usize,
-    bounds: Aabb,
+    bounds: Box4,
     join: Option<NodeId>,
 }
 
 impl Part {
     fn of(items: &[Item], from: usize, to: usize, join: Option<NodeId>) -> Self {
         let part = items.get(from..to).unwrap_or(&[]);
-        let bounds = part.iter().fold(Aabb::EMPTY, |all, item| all.union(item.bounds));
+        let bounds = part.iter().fold(Box4::EMPTY, |all, item| all.union(item.0));
         Self { from, to, bounds, join }
     }
 
@@ -153,8 +185,8 @@ fn larger(a: f32, b: f32) -> f32 {
 }
 
 /// Tests of so many triangles.
-fn tests(count: usize) -> f64 {
-    count.div_ceil(LANES) as f64
+fn tests(count: usize) -> f32 {
+    count.div_ceil(LANES) as f32
 }
 
 struct Builder<'b, 'w> {
@@ -193,14 +225,14 @@ impl Builder<'_, '_> {
         let node = self.words.reserve(NODE_ROWS as usize * LANES);
         for lane in 0..LANES {
             let part = parts.get(lane);
-            let bounds = part.map_or(Aabb::EMPTY, |part| part.bounds);
+            let bounds = part.map_or(Box4::EMPTY, |part| part.bounds);
             let below = part.and_then(|part| Some((items.get_mut(part.from..part.to)?, part.join)));
             let (link, edge) = match below {
                 Some((items, None)) => self.subtree(items, None, depth + 1),
                 Some((items, join)) => self.subtree(items, join, 0),
                 None => (EMPTY, 0.0),
             };
-            let sides = bounds.lo.to_array().into_iter().zip(bounds.hi.to_array());
+            let sides = bounds.lo.to_array().into_iter().zip(bounds.hi.to_array()).take(3);
             let numbers = sides.flat_map(|(lo, hi)| [lo, hi]).map(f32::to_bits);
             for (row, word) in numbers.chain([link, edge.to_bits()]).enumerate() {
                 self.words.set(node + row * LANES + lane, word);
@@ -217,7 +249,7 @@ impl Builder<'_, '_> {
         for lane in 0..LANES {
             let item = items.get(lane);
             let triangle = item
-                .and_then(|item| self.triangles.get(item.id as usize))
+                .and_then(|item| self.triangles.get(item.id() as usize))
                 .copied()
                 .unwrap_or_default();
             for edge in [triangle.b - triangle.a, triangle.c - triangle.a] {
@@ -229,7 +261,7 @@ impl Builder<'_, '_> {
             for (row, number) in corners.enumerate() {
                 self.words.set(leaf + row * LANES + lane, number.to_bits());
             }
-            let id = item.map_or(NO_ID, |item| item.id);
+            let id = item.map_or(NO_ID, Item::id);
             self.words.set(leaf + (LEAF_ROWS as usize - 1) * LANES + lane, id);
         }
         (leaf_link(row, items.len() as u32), longest)
@@ -249,9 +281,9 @@ impl Builder<'_, '_> {
         }
         while parts.len() < LANES {
             // The part whose triangles cost most.
-            let mut costliest: Option<(f64, usize)> = None;
+            let mut costliest: Option<(f32, usize)> = None;
             for (at, part) in parts.iter().enumerate() {
-                let cost = surface(part.bounds.extent()) * tests(part.count());
+                let cost = part.bounds.surface() * tests(part.count());
                 if part.count() > LANES && costliest.is_none_or(|(most, _)| cost > most) {
                     costliest = Some((cost, at));
                 }
@@ -283,44 +315,42 @@ impl Builder<'_, '_> {
     /// Divides more than eight items in two by the least estimated cost, and returns the length of the
     /// first part; in equal parts where no plane tells them apart.
     fn halve(items: &mut [Item]) -> usize {
-        let middles = items.iter().fold(Aabb::EMPTY, |all, item| all.with_point(item.middle()));
-        let (lo, extent) = (middles.lo.to_array(), middles.extent());
-        let bin_of = |item: &Item, axis: usize| {
-            let middle = item.middle().to_array();
-            let (Some(&m), Some(&lo), Some(&width)) =
-                (middle.get(axis), lo.get(axis), extent.get(axis))
-            else {
-                return 0;
-            };
+        let bins = if items.len() < FEW { BINS_OF_FEW } else { BINS };
+        let middles = items.iter().fold(Box4::EMPTY, |all, item| {
+            let middle = item.0.middle();
+            all.union(Box4 { lo: middle, hi: middle })
+        });
+        let scale = Vec4::splat(bins as f32) / (middles.hi - middles.lo);
+        let bins_of = |item: &Item| {
             // The cast saturates, and takes a NaN (0 / 0) to 0.
-            (((f64::from(m) - f64::from(lo)) / width * BINS as f64) as usize).min(BINS - 1)
+            let [x, y, z, _] = ((item.0.middle() - middles.lo) * scale).to_array();
+            [x, y, z].map(|place| (place as i32 as usize).min(bins - 1) % BINS)
         };
 
-        let mut best: Option<(f64, usize, usize)> = None;
-        for axis in 0..3 {
-            let mut counts = [0_usize; BINS];
-            let mut boxes = [Aabb::EMPTY; BINS];
-            for item in items.iter() {
-                let bin = bin_of(item, axis);
-                if let (Some(count), Some(bounds)) = (counts.get_mut(bin), boxes.get_mut(bin)) {
-                    *count += 1;
-                    *bounds = bounds.union(item.bounds);
-                }
+        let mut counts = [[0_usize; BINS]; 3];
+        let mut boxes = [[Box4::EMPTY; BINS]; 3];
+        for item in items.iter() {
+            for (axis, bin) in bins_of(item).into_iter().enumerate() {
+                counts[axis][bin] += 1;
+                boxes[axis][bin] = boxes[axis][bin].union(item.0);
             }
+        }
+        let mut best: Option<(f32, usize, usize)> = None;
+        for (axis, (counts, boxes)) in counts.iter().zip(&boxes).enumerate() {
             let mut below = [0.0; BINS];
-            let (mut sum, mut part) = (0, Aabb::EMPTY);
-            for ((cost, &count), bounds) in below.iter_mut().zip(&counts).zip(&boxes) {
+            let (mut sum, mut part) = (0, Box4::EMPTY);
+            for ((cost, &count), bounds) in below.iter_mut().zip(counts).zip(boxes).take(bins) {
                 sum += count;
                 part = part.union(*bounds);
-                *cost = surface(part.extent()) * tests(sum);
+                *cost = part.surface() * tests(sum);
             }
-            let (mut sum, mut part) = (0, Aabb::EMPTY);
+            let (mut sum, mut part) = (0, Box4::EMPTY);
             for (bin, ((&count, bounds), below)) in
-                (1..BINS).zip(counts.iter().zip(&boxes).skip(1).zip(&below)).rev()
+                (1..BINS).zip(counts.iter().zip(boxes).skip(1).zip(&below)).take(bins - 1).rev()
             {
                 sum += count;
                 part = part.union(*bounds);
-                let cost = below + surface(part.extent()) * tests(sum);
+                let cost = below + part.surface() * tests(sum);
                 let divides = sum > 0 && sum < items.len();
                 if divides && best.is_none_or(|(least, _, _)| cost < least) {
                     best = Some((cost, axis, bin));
@@ -333,7 +363,7 @@ impl Builder<'_, '_> {
         // Those below to the front, those above to the back.
         let (mut front, mut back) = (0, items.len());
         while front < back {
-            if items.get(front).is_some_and(|item| bin_of(item, axis) < bin) {
+            if items.get(front).is_some_and(|item| bins_of(item)[axis % 3] < bin) {
                 front += 1;
             } else {
                 back -= 1;
