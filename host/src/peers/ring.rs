@@ -3,7 +3,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use super::contender::{Contender, PeerHit};
+use arboleda::Hit;
+
+use super::contender::Contender;
 use super::workload::Workload;
 
 /// What is asked, and how.
@@ -14,7 +16,7 @@ pub enum Mode {
     Single,
     /// Closest hits, several rays together.
     Batch,
-    /// Whether anything is hit, one ray at a time.
+    /// Whether anything is hit, by the fastest way.
     Occluded,
 }
 
@@ -60,7 +62,7 @@ impl Speed {
 /// Room for answers.
 pub struct Answers {
     /// Of closest-hit rays.
-    pub hits: Vec<PeerHit>,
+    pub hits: Vec<Hit>,
     /// Of occlusion rays.
     pub occluded: Vec<bool>,
 }
@@ -68,7 +70,7 @@ pub struct Answers {
 impl Answers {
     /// For so many rays.
     pub fn room(count: usize) -> Self {
-        Self { hits: vec![PeerHit::MISS; count], occluded: vec![false; count] }
+        Self { hits: vec![Hit::NONE; count], occluded: vec![false; count] }
     }
 }
 
@@ -97,6 +99,7 @@ pub fn time(
     contenders: &[&dyn Contender],
     workload: &Workload,
     rounds: usize,
+    progress: &mut dyn FnMut(),
 ) -> Vec<[Option<Speed>; 3]> {
     let mut answers = Answers::room(workload.rays.len());
     let million_rays = workload.rays.len() as f64 / 1e6;
@@ -112,6 +115,7 @@ pub fn time(
                 }
             }
         }
+        progress();
     }
     speeds.into_iter().map(|modes| modes.map(Speed::of)).collect()
 }
