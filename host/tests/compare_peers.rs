@@ -69,7 +69,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
         "mesh-300,parry3d,occluded,300,",
         "mesh-300,bvh-crate,single,300,",
         "mesh-1000,bvh,batch,",
-        "city-1000,octree,single,",
+        "city-1000,bvh,single,",
     ] {
         assert_eq!(rows.lines().filter(|line| line.starts_with(start)).count(), 1, "{start}");
     }
@@ -100,7 +100,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
         "### fig2, ",
         "### mesh-300, 300 triangles",
         "## Growth",
-        "| city-1000 | octree |",
+        "| city-1000 | bvh |",
         "## Absent",
         "- without embree4-medium, ",
     ] {

@@ -31,7 +31,8 @@ pub struct PeerArguments {
     /// With --peers: rays from inside scenes that are closed meshes, all of which must hit
     #[arg(long, value_name = "N", default_value_t = 1_000_000, requires = "peers")]
     leak_rays: usize,
-    /// With --peers: also build and query times from 1,000 triangles to N, ten times as many each step
+    /// With --peers: also the first of ours and Embree from 1,000 triangles to N, ten times as many each
+    /// step; 10000000 if N is left out
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "10000000", requires = "peers")]
     pub growth: Option<u32>,
 }
@@ -141,10 +142,13 @@ mod with_peers {
         // 2. The same kind of scene, larger and larger.
         if let Some(largest) = arguments.growth {
             let bar = step_bar(growth::scene_count(largest) as u64, "growth");
-            run.growth = growth::run(&options, largest, &mut || bar.inc(1))?;
+            for model in growth::scenes(largest) {
+                run.growth.push(growth::one(&model, &options)?);
+                run.write(folder)?;
+                bar.inc(1);
+            }
             bar.finish_and_clear();
             say!("\ngrowth\n{}\n{}", growth::table(&run.growth), growth::LEGEND);
-            run.write(folder)?;
         }
 
         // 3. Who was not there.

@@ -3,56 +3,51 @@
 //! A good build grows as n log n and a good query as log n. What grows faster is memory: a scene of a
 //! thousand triangles lies in the closest cache, one of ten million in none.
 
-use arboleda::{BuildError, IndexKind};
+use arboleda::BuildError;
 use comfy_table::Table;
 
 use super::EMBREE_MEDIUM;
 use super::comparison::{Comparison, ComparisonOptions, Row, compare};
 use super::grid::{Cell, Grid};
 use super::ring::Mode;
+use crate::scene::Model;
 use crate::scene::builtin::SIZED;
 
 /// The sizes, as far as they are asked for.
 const SIZES: [u32; 5] = [1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// An index of ours that took longer to build is left out at the next size, where it would take ten
-/// times as long, twice: once to find out how large it is.
-const PATIENCE_SECONDS: f64 = 5.0;
-
-/// How many scenes there are up to `largest`.
+/// How many scenes there are up to `largest` triangles.
 pub fn scene_count(largest: u32) -> usize {
-    SIZED.len() * SIZES.iter().filter(|&&size| size <= largest).count()
+    SIZED.len() * sizes(largest).count()
 }
 
-/// Compares ours with Embree's default at each size up to `largest`; `done` is called after each.
+/// The scenes up to `largest` triangles, each made when its turn comes.
+pub fn scenes(largest: u32) -> impl Iterator<Item = Model> {
+    SIZED.into_iter().flat_map(move |(family, build)| {
+        sizes(largest).map(move |size| {
+            let mut model = build(size);
+            model.name = format!("{family}-{size}");
+            model
+        })
+    })
+}
+
+fn sizes(largest: u32) -> impl Iterator<Item = u32> {
+    SIZES.into_iter().filter(move |&size| size <= largest)
+}
+
+/// Compares the first of ours with Embree's default. All of ours grow in `arboleda compare --out`.
 ///
 /// # Errors
 /// As [`compare`].
-pub fn run(
-    options: &ComparisonOptions<'_>,
-    largest: u32,
-    done: &mut dyn FnMut(),
-) -> Result<Vec<Comparison>, BuildError> {
-    let peers = [EMBREE_MEDIUM];
-    let mut comparisons = Vec::new();
-    for (family, build) in SIZED {
-        let mut kinds = options.kinds.to_vec();
-        for size in SIZES.into_iter().filter(|&size| size <= largest) {
-            let mut model = build(size);
-            model.name = format!("{family}-{size}");
-            let options =
-                ComparisonOptions { peers: &peers, kinds: &kinds, leak_ray_count: 0, ..*options };
-            let comparison = compare(&model, &options, &mut || ())?;
-            let too_slow = |kind: &IndexKind| {
-                let mut rows = comparison.rows.iter();
-                rows.any(|row| row.contender == kind.name() && row.build_seconds > PATIENCE_SECONDS)
-            };
-            kinds.retain(|kind| !too_slow(kind));
-            comparisons.push(comparison);
-            done();
-        }
-    }
-    Ok(comparisons)
+pub fn one(model: &Model, options: &ComparisonOptions<'_>) -> Result<Comparison, BuildError> {
+    let options = ComparisonOptions {
+        peers: &[EMBREE_MEDIUM],
+        kinds: &options.kinds[..options.kinds.len().min(1)],
+        leak_ray_count: 0,
+        ..*options
+    };
+    compare(model, &options, &mut || ())
 }
 
 /// A line for each scene and contender: see [`LEGEND`].
