@@ -7,12 +7,12 @@
 //!             \------------------------- comparison (one scene) ------------------------/ |
 //! growth (scenes by size) -> comparison      report (tables, CSV), page (peers.md) <-------+
 //! ```
-//! What is fair and what is not: all on one thread; the answers are looked at before anything is timed;
-//! contenders take turns; every ray is converted from [`arboleda::Ray`] inside the timed loop; build times
-//! leave out what an application would have anyway (triangles in the library's form). The libraries'
-//! tests round and leak, ours is exact. The crates and ours are compiled with the flags of this build:
-//! compare with `RUSTFLAGS="-C target-cpu=native"`. Embree and tinybvh choose their instructions
-//! themselves.
+//! What is fair and what is not: all on one thread, rays in processor time; the answers are looked at
+//! before anything is timed; contenders take turns; every ray is converted from [`arboleda::Ray`] inside
+//! the timed loop; build times leave out what an application would have anyway (triangles in the
+//! library's form). The libraries' tests round and leak, ours is exact. The crates and ours are compiled
+//! with the flags of this build: compare with `RUSTFLAGS="-C target-cpu=native"`. Embree and tinybvh
+//! choose their instructions themselves.
 
 pub mod agreement;
 mod bvh_index;

@@ -28,8 +28,8 @@ pub struct Evidence<'e> {
 pub fn page(evidence: &Evidence<'_>) -> String {
     let Evidence { command, provenance, effort, ours, comparisons, growth } = evidence;
     let mut sections = vec![format!(
-        "# Arboleda against other libraries\n\n`{command}`\n\n{}\n\n{effort}. One thread; contenders take \
-         turns; answers are compared before anything is timed.\n",
+        "# Arboleda against other libraries\n\n`{command}`\n\n{}\n\n{effort}. One thread, rays in processor \
+         time; contenders take turns; answers are compared before anything is timed.\n",
         provenance.line()
     )];
     if !comparisons.is_empty() {

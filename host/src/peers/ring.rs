@@ -1,9 +1,10 @@
-//! Timing in turn: a slow moment of the machine hits all contenders, not one.
+//! Timing in turn: a slow moment of the machine hits all contenders, not one. What counts is the
+//! thread's processor time, so that other programs take less part in it.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use arboleda::Hit;
+use cpu_time::ThreadTime;
 
 use super::contender::Contender;
 use super::workload::Workload;
@@ -107,7 +108,7 @@ pub fn time(
     for _ in 0..rounds {
         for (contender, speeds) in contenders.iter().zip(&mut speeds) {
             for (mode, speeds) in Mode::ALL.into_iter().zip(speeds) {
-                let start = Instant::now();
+                let start = ThreadTime::now();
                 let answered = answer(*contender, mode, workload, black_box(&mut answers));
                 let seconds = start.elapsed().as_secs_f64();
                 if answered {

@@ -3,9 +3,8 @@
 //! Which preset or instruction set is best depends on the scene and the processor. Ours have no such
 //! choice to make: they compete with their default options.
 
-use std::time::Instant;
-
 use arboleda::{Hit, Ray, Triangle};
+use cpu_time::ThreadTime;
 
 use super::PeerError;
 use super::contender::{Built, Peer};
@@ -64,7 +63,7 @@ pub fn best(
         };
         let seconds = (0..PASSES)
             .map(|_| {
-                let start = Instant::now();
+                let start = ThreadTime::now();
                 built.contender.closest_hits(sample, &mut hits);
                 start.elapsed().as_secs_f64()
             })
