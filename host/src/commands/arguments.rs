@@ -15,7 +15,8 @@ pub struct SceneArguments {
     /// A Wavefront OBJ file
     #[arg(value_name = "SCENE.obj", conflicts_with = "scene")]
     file: Option<PathBuf>,
-    /// A built-in scene instead: fig2, fig3, fig4a to fig4e, city, mixed, sphere
+    /// A built-in scene instead: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N, city-N
+    /// with about N triangles
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
     /// The axis that points up, for pictures and the default light

@@ -6,6 +6,7 @@ use anyhow::{Context, ensure};
 use arboleda::{Block, IndexKind, Options, cluster};
 use clap::Args;
 
+use super::compare_peers::{self, PeerArguments};
 use super::output::{bytes, count, duration, say, table};
 use super::separation::{record as record_separation, separation_effort};
 use crate::OwnedIndex;
@@ -43,8 +44,10 @@ pub struct Compare {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print only figures that are the same on every machine and in every run: for a diff
-    #[arg(long, conflicts_with_all = ["files", "scenes", "photons", "repetitions", "seed", "out"])]
+    #[arg(long, conflicts_with_all = ["files", "scenes", "photons", "repetitions", "seed", "out", "peers"])]
     counters: bool,
+    #[command(flatten)]
+    peers: PeerArguments,
 }
 
 impl Compare {
@@ -57,7 +60,12 @@ impl Compare {
             say!("{}", counters::lines()?.trim_end());
             return Ok(());
         }
-        let models = self.models()?;
+        if self.peers.peers {
+            let models = || self.models(compare_peers::SCENES);
+            let folder = self.out.as_deref();
+            return compare_peers::run(&self.peers, models, self.seed, self.repetitions, folder);
+        }
+        let models = self.models(builtin::names())?;
         let effort = Effort {
             photons: self.photons,
             repetitions: self.repetitions,
@@ -82,22 +90,21 @@ impl Compare {
         self.write(folder, &models, &scenes, &effort, recorder)
     }
 
-    /// The built-in scenes and the files, each with a light.
-    fn models(&self) -> anyhow::Result<Vec<Model>> {
+    /// The scenes named, or the `usual` ones, and the files, each with a light.
+    fn models(&self, usual: impl IntoIterator<Item = &'static str>) -> anyhow::Result<Vec<Model>> {
+        let names: Vec<&str> = match self.scenes.as_slice() {
+            [] => usual.into_iter().collect(),
+            [only] if only == "none" => Vec::new(),
+            names => names.iter().map(String::as_str).collect(),
+        };
         let mut models = Vec::new();
-        match self.scenes.as_slice() {
-            [] => models.extend(builtin::ALL.iter().map(builtin::Builtin::build)),
-            [only] if only == "none" => {}
-            names => {
-                for name in names {
-                    models.push(builtin::require(name)?);
-                }
-            }
+        for name in names {
+            models.push(builtin::require(name)?);
         }
         for path in &self.files {
             models.push(obj::load(path)?);
         }
-        ensure!(!models.is_empty(), "no scene is named");
+        ensure!(!models.is_empty() || self.peers.growth.is_some(), "no scene is named");
         Ok(models.into_iter().map(|model| model.with_default_light(UpAxis::Auto)).collect())
     }
 

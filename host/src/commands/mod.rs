@@ -3,6 +3,7 @@
 mod arguments;
 mod cast;
 mod compare;
+mod compare_peers;
 mod demo;
 mod inspect;
 mod output;

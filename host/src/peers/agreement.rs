@@ -3,7 +3,7 @@
 //! The others round, so their `t` may differ a little. A ray through an edge hits two triangles at the
 //! same `t`: `arboleda` names the lower, others any of them. That counts as a disagreement too, and apart.
 
-use super::contender::PeerHit;
+use arboleda::Hit;
 
 /// The relative difference of `t` from which on it counts.
 const TOLERANCE: f32 = 1e-4;
@@ -23,10 +23,10 @@ pub struct Disagreements {
 
 impl Disagreements {
     /// Compares closest hits.
-    pub fn of_hits(exact: &[PeerHit], answers: &[PeerHit]) -> Self {
+    pub fn of_hits(exact: &[Hit], answers: &[Hit]) -> Self {
         let mut count = Self::default();
         for (exact, answer) in exact.iter().zip(answers) {
-            match (exact.is_miss(), answer.is_miss()) {
+            match (exact.is_none(), answer.is_none()) {
                 (true, true) => {}
                 (false, true) => count.missed += 1,
                 (true, false) => count.phantom += 1,
@@ -57,23 +57,27 @@ impl Disagreements {
         count
     }
 
+    /// Those that are not ties.
+    pub fn wrong(&self) -> usize {
+        self.missed + self.phantom + self.elsewhere
+    }
+
     /// All together.
     pub fn total(&self) -> usize {
-        self.missed + self.phantom + self.elsewhere + self.tied
+        self.wrong() + self.tied
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::contender::found as hit;
     use super::*;
 
     #[test]
     fn each_kind_is_counted_once() {
-        let hit = |triangle, t| PeerHit { triangle, t };
-        let exact =
-            [PeerHit::MISS, hit(1, 1.0), PeerHit::MISS, hit(2, 1.0), hit(3, 1.0), hit(4, 0.0)];
+        let exact = [Hit::NONE, hit(1, 1.0), Hit::NONE, hit(2, 1.0), hit(3, 1.0), hit(4, 0.0)];
         let answers =
-            [PeerHit::MISS, PeerHit::MISS, hit(0, 1.0), hit(2, 1.1), hit(4, 1.000_01), hit(4, 0.0)];
+            [Hit::NONE, Hit::NONE, hit(0, 1.0), hit(2, 1.1), hit(4, 1.000_01), hit(4, 0.0)];
         let count = Disagreements::of_hits(&exact, &answers);
         assert_eq!(count, Disagreements { missed: 1, phantom: 1, elsewhere: 1, tied: 1 });
         assert_eq!(count.total(), 4);

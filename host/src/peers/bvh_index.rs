@@ -7,7 +7,7 @@
 
 use std::time::Instant;
 
-use arboleda::{Ray, Triangle, Vec3};
+use arboleda::{Hit, Ray, Triangle, Vec3};
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::BHShape;
 use bvh::bvh::{Bvh, BvhNode};
@@ -15,7 +15,7 @@ use bvh::ray::Ray as BvhRay;
 use nalgebra::{Point3, Vector3};
 
 use super::PeerError;
-use super::contender::{Built, Contender, Peer, PeerHit, Setting, refused};
+use super::contender::{Built, Contender, Peer, Setting, found, refused};
 use super::moller_trumbore::EdgeTriangle;
 
 /// It has no settings. Its name here is not `bvh`, because one of our own indices has that.
@@ -77,7 +77,7 @@ impl Binary {
 
     /// Walks towards the closest hit and returns it; `enough` may end the walk at any hit.
     #[inline]
-    fn walk(&self, ray: &Ray, enough: impl Fn() -> bool) -> PeerHit {
+    fn walk(&self, ray: &Ray, enough: impl Fn() -> bool) -> Hit {
         let (origin, direction) = (ray.origin(), ray.direction());
         let vector = Vector3::new(direction.x, direction.y, direction.z);
         // Not `Ray::new`, which scales the direction to unit length and with it all parameters.
@@ -86,7 +86,7 @@ impl Binary {
             direction: vector,
             inv_direction: vector.map(|x| 1.0 / x),
         };
-        let mut best = PeerHit { t: ray.t_max(), ..PeerHit::MISS };
+        let mut best = Hit { t: ray.t_max(), ..Hit::NONE };
         let mut stack = [(0, 0.0); STACK];
         let mut height = 0;
         let mut at = 0;
@@ -94,7 +94,7 @@ impl Binary {
             match *node {
                 BvhNode::Leaf { shape_index, .. } => {
                     if let Some(t) = self.triangles[shape_index].hit(origin, direction, best.t) {
-                        best = PeerHit { triangle: shape_index as u32, t };
+                        best = found(shape_index as u32, t);
                         if enough() {
                             return best;
                         }
@@ -160,16 +160,16 @@ impl Contender for Binary {
         Some(size_of_val(self.bvh.nodes.as_slice()) + size_of_val(self.triangles.as_slice()))
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         for (ray, answer) in rays.iter().zip(hits) {
             let best = self.walk(ray, || false);
-            *answer = if best.is_miss() { PeerHit::MISS } else { best };
+            *answer = if best.is_none() { Hit::NONE } else { best };
         }
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
         for (ray, answer) in rays.iter().zip(answers) {
-            *answer = !self.walk(ray, || true).is_miss();
+            *answer = !self.walk(ray, || true).is_none();
         }
     }
 }

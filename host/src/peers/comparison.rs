@@ -1,15 +1,17 @@
 //! One scene, all contenders: build, check, then time.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use arboleda::{BuildError, IndexKind, Options};
 
 use super::agreement::Disagreements;
-use super::contender::{Contender, Peer};
-use super::ours::Ours;
+use super::contender::{Built, Contender, Peer};
+use super::ours;
 use super::ring::{Answers, Mode, Speed, answer, time};
 use super::workload::{Workload, leak_rays};
 use super::{PEERS, PeerError, tune};
 use crate::OwnedIndex;
-use crate::scene::Model;
+use crate::scene::{Model, closed};
 
 /// How much is compared.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +20,7 @@ pub struct ComparisonOptions<'o> {
     pub ray_count: usize,
     /// Times around.
     pub rounds: usize,
-    /// Rays of the leak test; 0 for scenes that are not closed.
+    /// Rays of the leak test, for a scene that is one closed mesh around its middle; others have none.
     pub leak_ray_count: usize,
     /// Of the photons.
     pub seed: u64,
@@ -30,11 +32,24 @@ pub struct ComparisonOptions<'o> {
 
 impl Default for ComparisonOptions<'_> {
     fn default() -> Self {
-        // The linear scan comes first and would take hours.
-        let kinds = IndexKind::ALL.get(1..).unwrap_or_default();
-        Self { ray_count: 500_000, rounds: 5, leak_ray_count: 0, seed: 1, peers: PEERS, kinds }
+        Self {
+            ray_count: 500_000,
+            rounds: 5,
+            leak_ray_count: 1_000_000,
+            seed: 1,
+            peers: PEERS,
+            kinds: USUAL_KINDS,
+        }
     }
 }
+
+/// Those of ours made for speed, a binary hierarchy as the others have, and the paper's.
+pub const USUAL_KINDS: &[IndexKind] = &[
+    IndexKind::WideOctree,
+    IndexKind::WideOctreeHierarchy,
+    IndexKind::Bvh,
+    IndexKind::OctreeHierarchy,
+];
 
 /// One contender in one mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +60,8 @@ pub struct Row {
     pub contender: &'static str,
     /// The setting that was the fastest; "default" for ours.
     pub setting: &'static str,
+    /// Whether it is an index of `arboleda`.
+    pub is_ours: bool,
     /// What was asked.
     pub mode: Mode,
     /// Triangles of the scene.
@@ -64,11 +81,19 @@ pub struct Row {
 /// What came of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
+    /// The scene's name.
+    pub scene: String,
+    /// How many it has.
+    pub triangle_count: usize,
     /// Contender by contender, in the order in which they were built.
     pub rows: Vec<Row>,
     /// Those that could not take part, and why.
     pub absent: Vec<(&'static str, PeerError)>,
 }
+
+/// Whose answers are the right ones, where it takes part: the plainest, without vector instructions.
+/// Otherwise the first of ours that does.
+const JUDGE: IndexKind = IndexKind::Bvh;
 
 /// Rays by which the best setting is chosen.
 const SAMPLE: usize = 100_000;
@@ -76,6 +101,7 @@ const SAMPLE: usize = 100_000;
 /// A contender and what was found out before the timing.
 struct Entrant<'a> {
     name: &'static str,
+    is_ours: bool,
     setting: &'static str,
     contender: Box<dyn Contender + 'a>,
     build_seconds: f64,
@@ -83,25 +109,47 @@ struct Entrant<'a> {
     leaks: [Option<usize>; 3],
 }
 
+/// How often `progress` is called: for each contender twice, and for each round.
+pub fn steps(options: &ComparisonOptions<'_>) -> u64 {
+    (2 * (options.peers.len() + options.kinds.len()) + options.rounds) as u64
+}
+
 /// Compares everything on one scene.
 ///
 /// # Errors
 /// As [`OwnedIndex::build`]: the scene cannot be indexed. A library that fails is only absent.
-pub fn compare(model: &Model, options: &ComparisonOptions<'_>) -> Result<Comparison, BuildError> {
-    let workload = Workload::new(model, options.ray_count, options.seed)?;
+pub fn compare(
+    model: &Model,
+    options: &ComparisonOptions<'_>,
+    progress: &mut dyn FnMut(),
+) -> Result<Comparison, BuildError> {
     let leaving = leak_workload(model, options);
 
     // 1. Build ours and, each by its best setting, the others.
     let scene = model.scene();
+    let triangle_count = model.triangles.len();
     let build = |&kind: &IndexKind| {
         let build = || OwnedIndex::build(kind, &scene, &Options::default());
-        tune::fastest_build(build, OwnedIndex::build_seconds)
+        let built = tune::fastest_build(triangle_count, build, OwnedIndex::build_seconds);
+        progress();
+        built
     };
     let owned = options.kinds.iter().map(build).collect::<Result<Vec<_>, _>>()?;
+    let takes_part = owned.iter().find(|index| index.kind() == JUDGE).or(owned.first());
+    let apart;
+    let judge = if let Some(judge) = takes_part {
+        judge
+    } else {
+        apart = OwnedIndex::build(JUDGE, &scene, &Options::default())?;
+        &apart
+    };
+    let judge = judge.index();
+    let workload = Workload::new(model, judge.as_ray_index(), options.ray_count, options.seed);
     let mut entrants = Vec::new();
     let mut absent = Vec::new();
-    let entrant = |name, setting, contender, build_seconds| Entrant {
+    let entrant = |name, is_ours, setting, contender, build_seconds| Entrant {
         name,
+        is_ours,
         setting,
         contender,
         build_seconds,
@@ -110,31 +158,40 @@ pub fn compare(model: &Model, options: &ComparisonOptions<'_>) -> Result<Compari
     };
     let sample = &workload.rays[..workload.rays.len().min(SAMPLE)];
     for peer in options.peers {
-        match tune::best(peer, &model.triangles, sample) {
+        match guarded(peer.name, || tune::best(peer, &model.triangles, sample)) {
             Ok((setting, built)) => {
-                entrants.push(entrant(peer.name, setting, built.contender, built.build_seconds));
+                let Built { contender, build_seconds } = built;
+                entrants.push(entrant(peer.name, false, setting, contender, build_seconds));
             }
             Err(error) => absent.push((peer.name, error)),
         }
+        progress();
     }
     for index in &owned {
-        let ours = Box::new(Ours::new(index.index()));
-        entrants.push(entrant(index.kind().name(), "default", ours, index.build_seconds()));
+        let ours = ours::contender(index.index());
+        entrants.push(entrant(index.kind().name(), true, "default", ours, index.build_seconds()));
     }
 
     // 2. Check the answers, and look for leaks.
     let mut answers = Answers::room(workload.rays.len().max(leaving.rays.len()));
-    for entrant in &mut entrants {
-        for (at, mode) in Mode::ALL.into_iter().enumerate() {
-            (entrant.disagreements[at], entrant.leaks[at]) =
-                check(entrant.contender.as_ref(), mode, &workload, &leaving, &mut answers);
-        }
-    }
+    entrants.retain_mut(|entrant| {
+        let Entrant { contender, disagreements, leaks, .. } = entrant;
+        let checked = guarded(entrant.name, || {
+            for (at, mode) in Mode::ALL.into_iter().enumerate() {
+                (disagreements[at], leaks[at]) =
+                    check(contender.as_ref(), mode, &workload, &leaving, &mut answers);
+            }
+            Ok(())
+        });
+        progress();
+        absent.extend(checked.err().map(|error| (entrant.name, error)));
+        absent.last().is_none_or(|(name, _)| *name != entrant.name)
+    });
 
     // 3. Time.
     let contenders: Vec<&dyn Contender> =
         entrants.iter().map(|entrant| entrant.contender.as_ref()).collect();
-    let speeds = time(&contenders, &workload, options.rounds);
+    let speeds = time(&contenders, &workload, options.rounds, progress);
     let mut rows = Vec::new();
     for (entrant, speeds) in entrants.iter().zip(speeds) {
         for (at, (mode, speed)) in Mode::ALL.into_iter().zip(speeds).enumerate() {
@@ -142,8 +199,9 @@ pub fn compare(model: &Model, options: &ComparisonOptions<'_>) -> Result<Compari
                 scene: model.name.clone(),
                 contender: entrant.name,
                 setting: entrant.setting,
+                is_ours: entrant.is_ours,
                 mode,
-                triangle_count: model.triangles.len(),
+                triangle_count,
                 build_seconds: entrant.build_seconds,
                 bytes: entrant.contender.bytes(),
                 speed,
@@ -152,12 +210,25 @@ pub fn compare(model: &Model, options: &ComparisonOptions<'_>) -> Result<Compari
             }));
         }
     }
-    Ok(Comparison { rows, absent })
+    Ok(Comparison { scene: model.name.clone(), triangle_count, rows, absent })
 }
 
-/// Rays that must all hit; empty if that is not asked for. The answers are not looked at.
+/// A library that panics is absent.
+fn guarded<T>(
+    library: &'static str,
+    work: impl FnOnce() -> Result<T, PeerError>,
+) -> Result<T, PeerError> {
+    // What a panic leaves half done is the library's index, which is dropped, and answers, which are
+    // overwritten.
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(PeerError::Panicked { library }))
+}
+
+/// Rays that must all hit; none if the scene is not closed. The answers are not looked at.
 fn leak_workload(model: &Model, options: &ComparisonOptions<'_>) -> Workload {
-    let rays = leak_rays(&model.triangles, options.leak_ray_count, options.seed);
+    let inside = if options.leak_ray_count == 0 { None } else { closed::inside(&model.triangles) };
+    let rays = inside.map_or_else(Vec::new, |inside| {
+        leak_rays(&model.triangles, inside, options.leak_ray_count, options.seed)
+    });
     Workload { shadow_rays: rays.clone(), rays, hits: Vec::new(), occluded: Vec::new() }
 }
 
@@ -183,7 +254,7 @@ fn check(
     let leaks = match mode {
         Mode::Occluded => answers.occluded[..count].iter().filter(|blocked| !**blocked).count(),
         Mode::Single | Mode::Batch => {
-            answers.hits[..count].iter().filter(|hit| hit.is_miss()).count()
+            answers.hits[..count].iter().filter(|hit| hit.is_none()).count()
         }
     };
     (disagreements, Some(leaks))

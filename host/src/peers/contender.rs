@@ -6,28 +6,15 @@
 
 use std::fmt::Display;
 
-use arboleda::{Ray, Triangle};
+use arboleda::{Hit, Ray, Triangle, TriangleId};
 
 use super::PeerError;
 
-/// What a library found for one ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C)]
-pub struct PeerHit {
-    /// The place of the triangle in the scene; `u32::MAX` for a miss.
-    pub triangle: u32,
-    /// The parameter along the ray, in lengths of its direction; infinite for a miss.
-    pub t: f32,
-}
-
-impl PeerHit {
-    /// Nothing was hit.
-    pub const MISS: Self = Self { triangle: u32::MAX, t: f32::INFINITY };
-
-    /// Whether nothing was hit.
-    pub fn is_miss(self) -> bool {
-        self.triangle == u32::MAX
-    }
+/// What a library found, by the place of the triangle in the scene and the parameter in lengths of the
+/// ray's direction. The barycentric coordinates are not compared.
+#[inline]
+pub(super) fn found(triangle: u32, t: f32) -> Hit {
+    Hit { triangle: TriangleId(triangle), t, u: 0.0, v: 0.0 }
 }
 
 /// A built index of someone's, on the thread that calls.
@@ -40,9 +27,9 @@ pub trait Contender {
     fn bytes(&self) -> Option<usize>;
 
     /// The closest hit of each ray, one ray at a time.
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]);
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
 
-    /// Whether anything is hit up to `t_max`, one ray at a time.
+    /// Whether anything is hit up to `t_max`, by the fastest way there is for many rays.
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]);
 
     /// The way to answer several rays together, if there is one.
@@ -54,7 +41,7 @@ pub trait Contender {
 /// A contender that can answer several rays together.
 pub trait Batch {
     /// The closest hit of each ray.
-    fn closest_hits_together(&self, rays: &[Ray], hits: &mut [PeerHit]);
+    fn closest_hits_together(&self, rays: &[Ray], hits: &mut [Hit]);
 }
 
 /// A contender and how long it took to build.

@@ -30,6 +30,22 @@ pub enum PeerError {
         /// Which instructions.
         needed: &'static str,
     },
+    /// This program was compiled without it.
+    #[error("{library} is not in this build: compile with `--features {feature}` ({why_apart})")]
+    NotCompiled {
+        /// Whose index.
+        library: &'static str,
+        /// What brings it in.
+        feature: &'static str,
+        /// Why it is not in the feature `peers`.
+        why_apart: &'static str,
+    },
+    /// It panicked, with a message on stderr.
+    #[error("{library} panicked (its message is above)")]
+    Panicked {
+        /// Whose index.
+        library: &'static str,
+    },
     /// The library was there and did not build an index.
     #[error("{library}: {reason}")]
     Refused {
@@ -38,4 +54,12 @@ pub enum PeerError {
         /// In its words.
         reason: String,
     },
+}
+
+impl PeerError {
+    /// Says which names there are.
+    pub fn unknown(name: &str) -> Self {
+        let known = super::PEERS.iter().map(|peer| peer.name).collect::<Vec<_>>().join(", ");
+        Self::Unknown { name: name.into(), known }
+    }
 }

@@ -12,7 +12,7 @@
 use std::time::{Duration, Instant};
 
 use arboleda::glam::Vec3A;
-use arboleda::{Ray, Triangle};
+use arboleda::{Hit, Ray, Triangle};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
@@ -21,7 +21,7 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::{Ray as ObvhsRay, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 
-use super::contender::{Built, Contender, Peer, PeerHit, Setting};
+use super::contender::{Built, Contender, Peer, Setting, found};
 
 /// The presets that build slowly and answer fast. Losers on figure 4(b) and the city: `medium_build`
 /// (0.85 to 0.9 of `slow_build`), and the binary hierarchy (0.75 to 0.85 of the wide one), which is left
@@ -124,15 +124,15 @@ impl<H: Hierarchy> Contender for Obvhs<H> {
         Some(self.hierarchy.bytes() + size_of_val(self.triangles.as_slice()))
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         let ids = self.hierarchy.ids();
         for (ray, answer) in rays.iter().zip(hits) {
             let mut hit = RayHit::none();
             self.hierarchy
                 .closest(converted(ray), &mut hit, |ray, at| self.triangles[at].intersect(ray));
             *answer = match ids.get(hit.primitive_id as usize) {
-                Some(&triangle) => PeerHit { triangle, t: hit.t },
-                None => PeerHit::MISS,
+                Some(&triangle) => found(triangle, hit.t),
+                None => Hit::NONE,
             };
         }
     }

@@ -1,41 +1,53 @@
 //! The indices of `arboleda`, in the same ring as the others.
 
-use arboleda::{AnyIndex, Ray, RayIndex};
+use arboleda::{AnyIndex, Hit, Index, Ray, RayIndex, Representation};
 
-use super::contender::{Contender, PeerHit};
+use super::contender::{Batch, Contender};
 
-/// An index of ours.
-pub struct Ours<'a> {
-    index: AnyIndex<'a>,
-}
+/// An index of ours whose kind is known where the loops are compiled, as the others' is.
+struct Ours<I>(I);
 
-impl<'a> Ours<'a> {
-    /// Takes an index as it was read from its arena.
-    pub fn new(index: AnyIndex<'a>) -> Self {
-        Self { index }
+/// Takes an index as it was read from its arena.
+///
+/// The kinds made for speed, and those that Embree is compared with by default, are looked at directly;
+/// the rest pays for an indirect call each ray.
+pub fn contender(index: AnyIndex<'_>) -> Box<dyn Contender + '_> {
+    fn direct<'a, R: Representation>(index: Index<'a, R>) -> Box<dyn Contender + 'a> {
+        Box::new(Ours(index))
+    }
+    match index {
+        AnyIndex::Octree(index) => direct(index),
+        AnyIndex::OctreeHierarchy(index) => direct(index),
+        AnyIndex::Bvh(index) => direct(index),
+        AnyIndex::BvhHierarchy(index) => direct(index),
+        AnyIndex::WideOctree(index) => direct(index),
+        AnyIndex::WideOctreeHierarchy(index) => direct(index),
+        other => Box::new(Ours(other)),
     }
 }
 
-impl Contender for Ours<'_> {
+impl<I: RayIndex> Contender for Ours<I> {
     fn bytes(&self) -> Option<usize> {
-        Some(self.index.as_bytes().len())
+        Some(self.0.as_bytes().len())
     }
 
-    // The kind is looked up once for the slice. What is left for each ray is one call through a
-    // pointer, which Embree's interface costs too.
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]) {
-        let index = self.index.as_ray_index();
-        for (ray, answer) in rays.iter().zip(hits) {
-            *answer = index
-                .closest_hit(ray)
-                .map_or(PeerHit::MISS, |hit| PeerHit { triangle: hit.triangle.0, t: hit.t });
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.0.closest_hit(ray).unwrap_or(Hit::NONE);
         }
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
-        let index = self.index.as_ray_index();
-        for (ray, answer) in rays.iter().zip(answers) {
-            *answer = index.occluded(ray);
-        }
+        self.0.occluded_each(rays, answers);
+    }
+
+    fn batch(&self) -> Option<&dyn Batch> {
+        Some(self)
+    }
+}
+
+impl<I: RayIndex> Batch for Ours<I> {
+    fn closest_hits_together(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.0.closest_hits(rays, hits);
     }
 }

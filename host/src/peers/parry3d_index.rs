@@ -6,14 +6,14 @@
 
 use std::time::Instant;
 
-use arboleda::{Ray, Triangle, Vec3};
+use arboleda::{Hit, Ray, Triangle, Vec3};
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::{Ray as ParryRay, RayCast};
 use parry3d::shape::Triangle as ParryTriangle;
 
-use super::contender::{Built, Contender, Peer, PeerHit, Setting};
+use super::contender::{Built, Contender, Peer, Setting, found};
 
 /// Both of its builders.
 pub const PEER: Peer = Peer {
@@ -57,12 +57,12 @@ impl Contender for Parry {
         Some(self.bvh.total_memory_size() + size_of_val(self.triangles.as_slice()))
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         for (ray, answer) in rays.iter().zip(hits) {
             let theirs = ParryRay::new(vector(ray.origin()), vector(ray.direction()));
             let hit =
                 self.bvh.cast_ray(&theirs, ray.t_max(), |id, last| self.test(id, &theirs, last));
-            *answer = hit.map_or(PeerHit::MISS, |(triangle, t)| PeerHit { triangle, t });
+            *answer = hit.map_or(Hit::NONE, |(triangle, t)| found(triangle, t));
         }
     }
 

@@ -1,9 +1,12 @@
-//! Timing in turn: a slow moment of the machine hits all contenders, not one.
+//! Timing in turn: a slow moment of the machine hits all contenders, not one. What counts is the
+//! thread's processor time, so that other programs take less part in it.
 
 use std::hint::black_box;
-use std::time::Instant;
 
-use super::contender::{Contender, PeerHit};
+use arboleda::Hit;
+use cpu_time::ThreadTime;
+
+use super::contender::Contender;
 use super::workload::Workload;
 
 /// What is asked, and how.
@@ -14,7 +17,7 @@ pub enum Mode {
     Single,
     /// Closest hits, several rays together.
     Batch,
-    /// Whether anything is hit, one ray at a time.
+    /// Whether anything is hit, by the fastest way.
     Occluded,
 }
 
@@ -60,7 +63,7 @@ impl Speed {
 /// Room for answers.
 pub struct Answers {
     /// Of closest-hit rays.
-    pub hits: Vec<PeerHit>,
+    pub hits: Vec<Hit>,
     /// Of occlusion rays.
     pub occluded: Vec<bool>,
 }
@@ -68,7 +71,7 @@ pub struct Answers {
 impl Answers {
     /// For so many rays.
     pub fn room(count: usize) -> Self {
-        Self { hits: vec![PeerHit::MISS; count], occluded: vec![false; count] }
+        Self { hits: vec![Hit::NONE; count], occluded: vec![false; count] }
     }
 }
 
@@ -97,6 +100,7 @@ pub fn time(
     contenders: &[&dyn Contender],
     workload: &Workload,
     rounds: usize,
+    progress: &mut dyn FnMut(),
 ) -> Vec<[Option<Speed>; 3]> {
     let mut answers = Answers::room(workload.rays.len());
     let million_rays = workload.rays.len() as f64 / 1e6;
@@ -104,7 +108,7 @@ pub fn time(
     for _ in 0..rounds {
         for (contender, speeds) in contenders.iter().zip(&mut speeds) {
             for (mode, speeds) in Mode::ALL.into_iter().zip(speeds) {
-                let start = Instant::now();
+                let start = ThreadTime::now();
                 let answered = answer(*contender, mode, workload, black_box(&mut answers));
                 let seconds = start.elapsed().as_secs_f64();
                 if answered {
@@ -112,6 +116,7 @@ pub fn time(
                 }
             }
         }
+        progress();
     }
     speeds.into_iter().map(|modes| modes.map(Speed::of)).collect()
 }

@@ -1,8 +1,11 @@
 //! Every library at every setting answers as ours does, as far as it can.
 
+use arboleda::{Hit, IndexKind, Options, Ray, Vec3};
+
 use super::agreement::Disagreements;
 use super::ring::{Answers, Mode, answer};
 use super::*;
+use crate::OwnedIndex;
 use crate::scene::builtin;
 
 /// A share of answers that rounding may spoil. The cubes and the floor of the built-in scenes have
@@ -12,7 +15,8 @@ const WRONG_SHARE: f64 = 0.01;
 #[test]
 fn all_agree_with_ours() {
     let model = builtin::require("fig2").unwrap();
-    let workload = Workload::new(&model, 5_000, 7).unwrap();
+    let judge = OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
+    let workload = Workload::new(&model, judge.index().as_ray_index(), 5_000, 7);
     assert_eq!(workload.rays.len(), 5_000);
     let mut answers = Answers::room(workload.rays.len());
     for peer in PEERS {
@@ -33,11 +37,31 @@ fn all_agree_with_ours() {
                     }
                     _ => Disagreements::of_hits(&workload.hits, &answers.hits),
                 };
-                let share = (wrong.total() - wrong.tied) as f64 / workload.rays.len() as f64;
+                let share = wrong.wrong() as f64 / workload.rays.len() as f64;
                 let name = (peer.name, setting.name, mode.name());
                 assert!(share <= WRONG_SHARE, "{name:?}: {wrong:?}");
             }
             assert_ne!(built.contender.bytes(), Some(0));
+        }
+    }
+}
+
+/// Rays whose direction has zeros, from where the bounds of boxes are level with them.
+#[test]
+fn rays_along_axes_hit() {
+    let model = builtin::require("sphere").unwrap();
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    let both = axes.iter().flat_map(|&axis| [axis, -axis]);
+    let rays: Vec<Ray> = both.flat_map(|to| Ray::new(Vec3::ZERO, to)).collect();
+    assert_eq!(rays.len(), 6);
+    for peer in PEERS {
+        for setting in peer.settings {
+            let Ok(built) = setting.build(&model.triangles) else { continue };
+            let mut hits = vec![Hit::NONE; rays.len()];
+            built.contender.closest_hits(&rays, &mut hits);
+            for hit in hits.iter().filter(|hit| !hit.is_none()) {
+                assert!((hit.t - 1.0).abs() < 1e-3, "{}: {}", peer.name, hit.t);
+            }
         }
     }
 }
@@ -52,8 +76,8 @@ fn ours_do_not_disagree_or_leak() {
         peers: &[],
         ..ComparisonOptions::default()
     };
-    let comparison = compare(&model, &options).unwrap();
-    assert_eq!(comparison.rows.len(), 2 * options.kinds.len());
+    let comparison = compare(&model, &options, &mut || ()).unwrap();
+    assert_eq!(comparison.rows.len(), 3 * options.kinds.len());
     for row in &comparison.rows {
         assert_eq!((row.disagreements.total(), row.leaks), (0, Some(0)), "{}", row.contender);
     }

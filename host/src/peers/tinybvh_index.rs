@@ -46,12 +46,12 @@ fn build(triangles: &[Triangle], splits: Splits) -> Result<Built<'static>, PeerE
 mod wide {
     use std::time::Instant;
 
-    use arboleda::{Ray, Triangle, Vec3};
+    use arboleda::{Hit, Ray, Triangle, Vec3};
     use tinybvh_rs::{Intersector, Ray as TinyRay, bvh, bvh8_cpu, mbvh};
 
     use super::Splits;
     use crate::peers::PeerError;
-    use crate::peers::contender::{Built, Contender, PeerHit, refused};
+    use crate::peers::contender::{Built, Contender, found, refused};
 
     /// Its leaves hold four triangles side by side.
     const LEAF: u32 = 4;
@@ -86,15 +86,23 @@ mod wide {
     #[repr(align(64))]
     struct Aligned(TinyRay);
 
+    /// 1/x, and what the library itself takes for it near 0. An infinite one makes boxes that the ray's
+    /// origin is level with undecided, which counts as hit, those of empty lanes too: the traversal then
+    /// follows a child that is not there.
+    #[inline]
+    fn reciprocal(x: f32) -> f32 {
+        if x.abs() > 1e-12 { 1.0 / x } else { tinybvh_rs::INFINITE.copysign(x) }
+    }
+
     impl Wide {
         #[inline]
-        fn hit(&self, ray: &Ray) -> PeerHit {
+        fn hit(&self, ray: &Ray) -> Hit {
             let direction = ray.direction();
             let mut theirs = Aligned(TinyRay {
                 origin: ray.origin().to_array(),
                 padding_0: 0xFFFF, // the mask of all instances
                 dir: direction.to_array(),
-                r_d: direction.recip().to_array(),
+                r_d: direction.to_array().map(reciprocal),
                 ..TinyRay::default()
             });
             // Its infinity; a larger number would make its test of empty lanes a hit.
@@ -102,7 +110,7 @@ mod wide {
             theirs.0.hit.t = last;
             self.bvh.intersect(&mut theirs.0);
             let hit = theirs.0.hit;
-            if hit.t < last { PeerHit { triangle: hit.prim, t: hit.t } } else { PeerHit::MISS }
+            if hit.t < last { found(hit.prim, hit.t) } else { Hit::NONE }
         }
     }
 
@@ -111,7 +119,7 @@ mod wide {
             None
         }
 
-        fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+        fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
             for (ray, answer) in rays.iter().zip(hits) {
                 *answer = self.hit(ray);
             }
@@ -119,7 +127,7 @@ mod wide {
 
         fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
             for (ray, answer) in rays.iter().zip(answers) {
-                *answer = !self.hit(ray).is_miss();
+                *answer = !self.hit(ray).is_none();
             }
         }
     }

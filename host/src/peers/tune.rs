@@ -3,12 +3,11 @@
 //! Which preset or instruction set is best depends on the scene and the processor. Ours have no such
 //! choice to make: they compete with their default options.
 
-use std::time::Instant;
-
-use arboleda::{Ray, Triangle};
+use arboleda::{Hit, Ray, Triangle};
+use cpu_time::ThreadTime;
 
 use super::PeerError;
-use super::contender::{Built, Peer, PeerHit};
+use super::contender::{Built, Peer};
 
 /// How often each setting answers the sample; the fastest time counts.
 const PASSES: usize = 4;
@@ -18,17 +17,21 @@ const CLEARLY_FASTER: f64 = 0.97;
 /// How often what takes part is built; the fastest build counts, since the first also pays for pages
 /// and libraries touched for the first time.
 const BUILDS: usize = 3;
+/// From so many triangles on that share is small, and a build long: one is enough.
+const LARGE: usize = 500_000;
 
 /// Builds something several times and keeps the one that took the shortest by `seconds`.
 ///
 /// # Errors
 /// The first error of `build`.
 pub fn fastest_build<B, E>(
+    triangle_count: usize,
     build: impl Fn() -> Result<B, E>,
     seconds: impl Fn(&B) -> f64,
 ) -> Result<B, E> {
     let mut fastest = build()?;
-    for _ in 1..BUILDS {
+    let builds = if triangle_count < LARGE { BUILDS } else { 1 };
+    for _ in 1..builds {
         let next = build()?;
         if seconds(&next) < seconds(&fastest) {
             fastest = next;
@@ -46,12 +49,12 @@ pub fn best(
     triangles: &[Triangle],
     sample: &[Ray],
 ) -> Result<(&'static str, Built<'static>), PeerError> {
-    let mut hits = vec![PeerHit::MISS; sample.len()];
+    let mut hits = vec![Hit::NONE; sample.len()];
     let mut best: Option<(f64, &str, Built<'static>)> = None;
     let mut problem = None;
     for setting in peer.settings {
         let build = || setting.build(triangles);
-        let built = match fastest_build(build, |built| built.build_seconds) {
+        let built = match fastest_build(triangles.len(), build, |built| built.build_seconds) {
             Ok(built) => built,
             Err(error) => {
                 problem = Some(error);
@@ -60,7 +63,7 @@ pub fn best(
         };
         let seconds = (0..PASSES)
             .map(|_| {
-                let start = Instant::now();
+                let start = ThreadTime::now();
                 built.contender.closest_hits(sample, &mut hits);
                 start.elapsed().as_secs_f64()
             })

@@ -4,19 +4,18 @@
 //! the same rays; every second one ends just before its hit (free), the others do not end (blocked, if
 //! there is a hit). *Leaks*: rays from inside a closed mesh at its edges and corners: each must hit.
 
-use arboleda::{BuildError, IndexKind, Options, Ray, RayIndex, Triangle, Vec3};
+use arboleda::{Hit, Ray, RayIndex, Triangle, Vec3};
 
-use super::contender::PeerHit;
-use crate::OwnedIndex;
 use crate::photon::{DEFAULT_MAX_BOUNCES, PhotonRandom, Tracer};
 use crate::scene::Model;
+use crate::scene::closed::Inside;
 
 /// Rays and what is to be answered.
 pub struct Workload {
     /// Closest-hit rays in the order in which photons go.
     pub rays: Vec<Ray>,
     /// Their closest hits by `arboleda`.
-    pub hits: Vec<PeerHit>,
+    pub hits: Vec<Hit>,
     /// Occlusion rays.
     pub shadow_rays: Vec<Ray>,
     /// Whether anything is in their way, by `arboleda`.
@@ -28,13 +27,8 @@ pub struct Workload {
 const FREE_SHARE: f32 = 0.99;
 
 impl Workload {
-    /// Follows photons until there are `count` rays; fewer if the model has no light.
-    ///
-    /// # Errors
-    /// As [`OwnedIndex::build`].
-    pub fn new(model: &Model, count: usize, seed: u64) -> Result<Self, BuildError> {
-        let owned = OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default())?;
-        let index = owned.index();
+    /// Follows photons until there are `count` rays; fewer if the model has no light. `index` answers.
+    pub fn new(model: &Model, index: &(dyn RayIndex + Sync), count: usize, seed: u64) -> Self {
         let tracer = Tracer::new(model, seed, DEFAULT_MAX_BOUNCES);
 
         // 1. Photons in portions, until there are enough rays.
@@ -42,7 +36,7 @@ impl Workload {
         let mut photon = 0;
         while rays.len() < count {
             let before = rays.len();
-            tracer.rays(&index, photon..photon + PORTION, |ray| rays.push(*ray));
+            tracer.rays(index, photon..photon + PORTION, |ray| rays.push(*ray));
             photon += PORTION;
             if rays.len() == before {
                 break;
@@ -51,16 +45,13 @@ impl Workload {
         rays.truncate(count);
 
         // 2. Their answers.
-        let closest = |ray: &Ray| {
-            let hit = index.closest_hit(ray);
-            hit.map_or(PeerHit::MISS, |hit| PeerHit { triangle: hit.triangle.0, t: hit.t })
-        };
-        let hits: Vec<PeerHit> = rays.iter().map(closest).collect();
+        let closest = |ray: &Ray| index.closest_hit(ray).unwrap_or(Hit::NONE);
+        let hits: Vec<Hit> = rays.iter().map(closest).collect();
 
         // 3. Half of them shortened.
         let shortened = |place: usize| {
             let (ray, hit) = (rays[place], hits[place]);
-            if place.is_multiple_of(2) || hit.is_miss() {
+            if place.is_multiple_of(2) || hit.is_none() {
                 return ray;
             }
             let end = hit.t * FREE_SHARE;
@@ -68,18 +59,15 @@ impl Workload {
         };
         let shadow_rays: Vec<Ray> = (0..rays.len()).map(shortened).collect();
         let occluded = shadow_rays.iter().map(|ray| index.occluded(ray)).collect();
-        Ok(Self { rays, hits, shadow_rays, occluded })
+        Self { rays, hits, shadow_rays, occluded }
     }
 }
 
 /// Photons between two looks at the number of rays.
 const PORTION: u64 = 256;
 
-/// Rays from inside a closed mesh around the origin at points of its edges and at its corners.
-pub fn leak_rays(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
-    if triangles.is_empty() {
-        return Vec::new();
-    }
+/// Rays from inside a closed mesh at points of its edges and at its corners.
+pub fn leak_rays(triangles: &[Triangle], inside: Inside, count: usize, seed: u64) -> Vec<Ray> {
     let mut rays = Vec::with_capacity(count);
     for number in 0.. {
         if rays.len() >= count {
@@ -98,12 +86,12 @@ pub fn leak_rays(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
             1 => 0.5,
             _ => random.uniform(),
         };
-        // From the middle itself, from near it, and from half-way.
+        // From the middle itself, from near it, and from half-way to the closest triangle.
         let spread = [0.0, 0.1, 0.5][random.bits() as usize % 3];
         let mut coordinate = || random.uniform() * 2.0 - 1.0;
         let cube = Vec3::new(coordinate(), coordinate(), coordinate());
         let target = p + (q - p) * along;
-        let origin = cube * (spread * target.length() / 3.0_f32.sqrt());
+        let origin = inside.centre + cube * (spread * inside.radius / 3.0_f32.sqrt());
         rays.extend(Ray::new(origin, target - origin));
     }
     rays

@@ -5,7 +5,7 @@ use arboleda::Vec3;
 use super::city::{CityOptions, procedural_city};
 use super::light::DEFAULT_FLUX;
 use super::mixed::{MixedOptions, mixed_sizes};
-use super::{AreaLight, Model, SceneError, paper, shapes};
+use super::{AreaLight, Model, SceneError, paper, shapes, sized};
 
 /// A scene that needs no file.
 #[derive(Clone, Copy, Debug)]
@@ -46,14 +46,38 @@ const fn entry(name: &'static str, description: &'static str, build: fn() -> Mod
     Builtin { name, description, build }
 }
 
-/// The names of all built-in scenes.
+/// A name and what makes the scene of about so many triangles.
+type Family = (&'static str, fn(u32) -> Model);
+
+/// Scenes of any size, too large to be among those that run unasked: `mesh-1000000` names a mesh of
+/// about a million triangles.
+pub(crate) const SIZED: [Family; 2] = [("mesh", sized::mesh_of), ("city", sized::city_of)];
+
+/// What `mesh` means without a size.
+const MESH_TRIANGLES: u32 = 125_000;
+
+/// The names of all built-in scenes of a fixed size.
 pub fn names() -> impl Iterator<Item = &'static str> {
     ALL.iter().map(|scene| scene.name)
 }
 
-/// A built-in scene, if there is one of this name.
+/// A built-in scene, if there is one of this name: one of [`ALL`], `mesh`, or `mesh-N` or `city-N` of
+/// about N triangles.
 pub fn by_name(name: &str) -> Option<Model> {
-    ALL.iter().find(|scene| scene.name == name).map(Builtin::build)
+    if let Some(scene) = ALL.iter().find(|scene| scene.name == name) {
+        return Some(scene.build());
+    }
+    let mut model = if name == "mesh" { sized::mesh_of(MESH_TRIANGLES) } else { of_size(name)? };
+    name.clone_into(&mut model.name);
+    Some(model)
+}
+
+/// A scene named with its number of triangles.
+fn of_size(name: &str) -> Option<Model> {
+    let (family, size) = name.rsplit_once('-')?;
+    let (_, build) = SIZED.iter().find(|(name, _)| *name == family)?;
+    let size = size.parse().ok().filter(|&size| size <= sized::MOST_TRIANGLES)?;
+    Some(build(size))
 }
 
 /// A built-in scene.
@@ -66,7 +90,11 @@ pub fn require(name: &str) -> Result<Model, SceneError> {
 
 /// The names, for messages.
 pub(super) fn list() -> String {
-    names().collect::<Vec<_>>().join(", ")
+    let names = names().collect::<Vec<_>>().join(", ");
+    format!(
+        "{names}, mesh; mesh-N and city-N have about N triangles, at most {}",
+        sized::MOST_TRIANGLES
+    )
 }
 
 fn sphere() -> Model {
@@ -111,7 +139,19 @@ mod tests {
         assert_eq!(
             message,
             "there is no built-in scene `fig5`; there are: fig2, fig3, fig4a, fig4b, fig4c, fig4d, \
-             fig4e, city, mixed, sphere"
+             fig4e, city, mixed, sphere, mesh; mesh-N and city-N have about N triangles, at most \
+             100000000"
         );
+    }
+
+    #[test]
+    fn scenes_of_a_size_are_named_with_it() {
+        let [mesh, city] = ["mesh-1200", "city-3000"].map(|name| require(name).unwrap());
+        assert_eq!((mesh.name.as_str(), mesh.triangles.len()), ("mesh-1200", 1_200));
+        assert_eq!((city.name.as_str(), city.lights.len()), ("city-3000", 1));
+        assert_eq!(require("mesh").unwrap().triangles.len(), 124_848);
+        for wrong in ["mesh-", "mesh-1e6", "mesh--1", "mesh-100000001", "sphere-100", "-5"] {
+            assert!(by_name(wrong).is_none(), "{wrong}");
+        }
     }
 }

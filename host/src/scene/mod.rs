@@ -1,13 +1,14 @@
 //! Where triangles come from: OBJ files, the paper's scenes, generated cities.
 //!
 //! ```text
-//! obj (a file) ---------------------------------\
-//! shapes, teapot -> paper, city, mixed -> builtin +-> Model -> light (one above, where there is none)
+//! obj (a file) ----------------------------------------\
+//! shapes, teapot -> paper, city, mixed, sized -> builtin +-> Model -> light (one above, where there is none)
 //! ```
 //! Every scene but a file's is a function of its options: no clock, no platform's mathematics, z up.
 
 pub mod builtin;
 pub mod city;
+pub mod closed;
 mod error;
 mod hash;
 mod light;
@@ -16,6 +17,7 @@ mod model;
 pub mod obj;
 pub mod paper;
 pub mod shapes;
+pub mod sized;
 pub mod teapot;
 
 pub use error::{LineProblem, SceneError};

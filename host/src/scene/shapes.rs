@@ -158,21 +158,9 @@ fn on_sphere(point: [f64; 3]) -> [f64; 3] {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-
-    /// Tells whether every edge, by the bits of its ends, is run along once each way.
-    pub(in crate::scene) fn is_closed(triangles: &[Triangle]) -> bool {
-        let bits = |point: Vec3| point.to_array().map(|x| (x + 0.0).to_bits());
-        let mut edges: HashMap<_, u32> = HashMap::new();
-        for triangle in triangles {
-            let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(bits);
-            for edge in [(a, b), (b, c), (c, a)] {
-                *edges.entry(edge).or_default() += 1;
-            }
-        }
-        edges.iter().all(|(&(a, b), &times)| times == 1 && edges.get(&(b, a)) == Some(&1))
-    }
+    use crate::scene::closed::is_closed;
 
     #[test]
     fn closed_surfaces_are_closed_and_face_outwards() {

@@ -7,9 +7,9 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use arboleda::{Ray, Triangle, Vec3};
+use arboleda::{Hit, Ray, Triangle, Vec3};
 
-use crate::peers::contender::PeerHit;
+use crate::peers::contender::found;
 
 /// `RTC_INVALID_GEOMETRY_ID`.
 const INVALID: u32 = u32::MAX;
@@ -88,11 +88,11 @@ impl RayHit {
     }
 
     #[inline]
-    pub(super) fn answer(&self) -> PeerHit {
+    pub(super) fn answer(&self) -> Hit {
         if self.hit.geometry == INVALID {
-            return PeerHit::MISS;
+            return Hit::NONE;
         }
-        PeerHit { triangle: self.hit.primitive, t: self.ray.t_far }
+        found(self.hit.primitive, self.ray.t_far)
     }
 }
 
@@ -186,12 +186,12 @@ impl Packet {
     }
 
     #[inline]
-    pub(super) fn answer(&self, lane: usize) -> PeerHit {
+    pub(super) fn answer(&self, lane: usize) -> Hit {
         let PacketRayHits { rays, hits } = &self.query;
         if hits.geometry[lane] == INVALID {
-            return PeerHit::MISS;
+            return Hit::NONE;
         }
-        PeerHit { triangle: hits.primitive[lane], t: rays.t_far[lane] }
+        found(hits.primitive[lane], rays.t_far[lane])
     }
 }
 

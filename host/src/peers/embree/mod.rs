@@ -18,12 +18,12 @@ mod library;
 
 use std::time::Instant;
 
-use arboleda::{Ray, Triangle};
+use arboleda::{Hit, Ray, Triangle};
 
 use self::layout::{Mesh, Packet, RayHit, SingleRay};
 use self::library::{Config, Quality, Robustness, Scene};
 use super::PeerError;
-use super::contender::{Batch, Built, Contender, Peer, PeerHit, Setting};
+use super::contender::{Batch, Built, Contender, Peer, Setting};
 
 /// Binned surface area; the usual triangle test.
 pub const MEDIUM: Peer = Peer {
@@ -93,7 +93,7 @@ impl Contender for Embree {
         Some(self.scene.bytes())
     }
 
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         for (ray, answer) in rays.iter().zip(hits) {
             let mut query = RayHit::new(ray);
             self.scene.intersect(&mut query);
@@ -115,7 +115,7 @@ impl Contender for Embree {
 }
 
 impl Batch for Embree {
-    fn closest_hits_together(&self, rays: &[Ray], hits: &mut [PeerHit]) {
+    fn closest_hits_together(&self, rays: &[Ray], hits: &mut [Hit]) {
         for (rays, hits) in rays.chunks(Packet::WIDTH).zip(hits.chunks_mut(Packet::WIDTH)) {
             let mut packet = Packet::new(rays);
             self.scene.intersect_packet(&mut packet);

@@ -1,0 +1,251 @@
+//! `arboleda compare --peers`: other people's libraries on the same rays.
+
+#[cfg(not(feature = "peers"))]
+use std::path::Path;
+
+use clap::Args;
+
+#[cfg(not(feature = "peers"))]
+use crate::scene::Model;
+
+/// Which libraries and which of ours.
+#[derive(Args)]
+pub struct PeerArguments {
+    /// Compare with Embree 4, obvhs, parry3d, bvh and tinybvh instead: the same rays, answers and leaks
+    /// first. Needs a build with `--features peers`, or `tinybvh` for all five (and a C++20 compiler).
+    /// With --out, writes compare.csv and peers.md. Scenes if none are named: fig3, fig4a to fig4e, city,
+    /// sphere, mesh, city-1000000
+    #[arg(long, conflicts_with = "photons")]
+    pub peers: bool,
+    /// With --peers: only these libraries: embree4-medium, embree4-high, embree4-robust, obvhs, parry3d,
+    /// bvh-crate, tinybvh
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
+    against: Vec<String>,
+    /// With --peers: these indices of ours; the first is the one held against the others in peers.md
+    /// [default: wide-octree,wide-octree-hierarchy,bvh,octree-hierarchy]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
+    index: Vec<String>,
+    /// With --peers: rays in each mode
+    #[arg(long, value_name = "N", default_value_t = 500_000, requires = "peers")]
+    rays: usize,
+    /// With --peers: rays from inside scenes that are closed meshes, all of which must hit
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, requires = "peers")]
+    leak_rays: usize,
+    /// With --peers: also the first of ours and Embree from 1,000 triangles to N, ten times as many each
+    /// step; 10000000 if N is left out
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "10000000", requires = "peers")]
+    pub growth: Option<u32>,
+}
+
+/// The scenes if none are named: the paper's, one closed, one large mesh, one that fits no cache.
+pub const SCENES: [&str; 10] =
+    ["fig3", "fig4a", "fig4b", "fig4c", "fig4d", "fig4e", "city", "sphere", "mesh", "city-1000000"];
+
+#[cfg(feature = "peers")]
+pub use with_peers::run;
+
+/// Says how to get a program that can.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "peers"))]
+pub fn run(
+    _: &PeerArguments,
+    _: impl FnOnce() -> anyhow::Result<Vec<Model>>,
+    _seed: u64,
+    _rounds: usize,
+    _folder: Option<&Path>,
+) -> anyhow::Result<()> {
+    anyhow::bail!(
+        "this program was built without the other libraries. With them:\n    cargo run --release -p \
+         arboleda-host --features peers -- compare --peers --out DIR\nor, with a C++20 compiler and \
+         tinybvh too, --features tinybvh"
+    )
+}
+
+#[cfg(feature = "peers")]
+mod with_peers {
+    use std::fs::File;
+    use std::path::Path;
+
+    use anyhow::{Context, bail, ensure};
+    use arboleda::IndexKind;
+
+    use super::super::output::{count, say};
+    use super::PeerArguments;
+    use crate::bench::progress::step_bar;
+    use crate::bench::provenance::Provenance;
+    use crate::owned_index::{kind_by_name, kind_names};
+    use crate::peers::{
+        self, Comparison, ComparisonOptions, Evidence, LEGEND, PEERS, Peer, PeerError, USUAL_KINDS,
+        growth,
+    };
+    use crate::scene::Model;
+
+    /// Runs the comparison; `models` are asked for once all names are known to be right.
+    ///
+    /// # Errors
+    /// If a name is not known, a scene cannot be indexed, or a file cannot be written.
+    pub fn run(
+        arguments: &PeerArguments,
+        models: impl FnOnce() -> anyhow::Result<Vec<Model>>,
+        seed: u64,
+        rounds: usize,
+        folder: Option<&Path>,
+    ) -> anyhow::Result<()> {
+        let (libraries, kinds) = (arguments.libraries()?, arguments.kinds()?);
+        ensure!(arguments.rays > 0, "there have to be rays");
+        ensure!(rounds > 0, "there has to be a repetition");
+        let models = models()?;
+        let options = ComparisonOptions {
+            ray_count: arguments.rays,
+            rounds,
+            leak_ray_count: arguments.leak_rays,
+            seed,
+            peers: &libraries,
+            kinds: &kinds,
+        };
+        let provenance = Provenance::gather();
+        say!("{}", provenance.line());
+        if cfg!(all(target_arch = "x86_64", not(target_feature = "avx2"))) {
+            say!(
+                "Built without this processor's instructions, the other crates are slower than they \
+                     could be: set RUSTFLAGS=\"-C target-cpu=native\""
+            );
+        }
+        let mut run = Run {
+            command: command(),
+            provenance,
+            effort: effort(&options),
+            ours: kinds.first().map_or("", |kind| kind.name()),
+            comparisons: Vec::new(),
+            growth: Vec::new(),
+        };
+
+        // 1. The scenes. The files are written after each, for those who do not wait for the last.
+        for model in &models {
+            let bar = step_bar(peers::steps(&options), &model.name);
+            let comparison = peers::compare(model, &options, &mut || bar.inc(1))?;
+            bar.finish_and_clear();
+            let triangles = count(comparison.triangle_count as u64);
+            say!("\n{}, {triangles} triangles\n{}", model.name, peers::table(&comparison));
+            run.comparisons.push(comparison);
+            if run.comparisons.len() == 1 {
+                run.print_absent();
+            }
+            run.write(folder)?;
+        }
+        if !run.comparisons.is_empty() {
+            say!("\n* fastest, ! ours and slower than Embree; {LEGEND}");
+        }
+
+        // 2. The same kind of scene, larger and larger.
+        if let Some(largest) = arguments.growth {
+            let bar = step_bar(growth::scene_count(largest) as u64, "growth");
+            for model in growth::scenes(largest) {
+                run.growth.push(growth::one(&model, &options)?);
+                run.write(folder)?;
+                bar.inc(1);
+            }
+            bar.finish_and_clear();
+            say!("\ngrowth\n{}\n{}", growth::table(&run.growth), growth::LEGEND);
+        }
+
+        // 3. Who was not there.
+        run.print_absent();
+        if let Some(folder) = folder {
+            let [rows, page] = FILES.map(|name| folder.join(name));
+            say!("\nmeasurements: {}, page: {}", rows.display(), page.display());
+        }
+        Ok(())
+    }
+
+    impl PeerArguments {
+        fn libraries(&self) -> anyhow::Result<Vec<Peer>> {
+            let find = |name: &String| {
+                let found = PEERS.iter().find(|peer| peer.name == name).copied();
+                found.ok_or_else(|| PeerError::unknown(name).into())
+            };
+            if self.against.is_empty() {
+                return Ok(PEERS.to_vec());
+            }
+            self.against.iter().map(find).collect()
+        }
+
+        fn kinds(&self) -> anyhow::Result<Vec<IndexKind>> {
+            if self.index.is_empty() {
+                return Ok(USUAL_KINDS.to_vec());
+            }
+            let mut kinds = Vec::new();
+            for name in &self.index {
+                let Some(kind) = kind_by_name(name) else {
+                    let names = kind_names().collect::<Vec<_>>().join(", ");
+                    bail!("there is no index {name:?}; there are {names}");
+                };
+                kinds.push(kind);
+            }
+            Ok(kinds)
+        }
+    }
+
+    fn effort(options: &ComparisonOptions<'_>) -> String {
+        format!(
+            "{} rays of photons in each mode, {} rounds, seed {}; {} rays from inside closed meshes",
+            count(options.ray_count as u64),
+            options.rounds,
+            options.seed,
+            count(options.leak_ray_count as u64)
+        )
+    }
+
+    /// How this program was called, as `cargo run` would.
+    fn command() -> String {
+        let feature = if cfg!(feature = "tinybvh") { "tinybvh" } else { "peers" };
+        let arguments = std::env::args().skip(1).collect::<Vec<_>>().join(" ");
+        format!("cargo run --release -p arboleda-host --features {feature} -- {arguments}")
+    }
+
+    const FILES: [&str; 2] = ["compare.csv", "peers.md"];
+
+    /// What came of it so far.
+    struct Run<'r> {
+        command: String,
+        provenance: Provenance,
+        effort: String,
+        ours: &'r str,
+        comparisons: Vec<Comparison>,
+        growth: Vec<Comparison>,
+    }
+
+    impl Run<'_> {
+        fn print_absent(&self) {
+            let all: Vec<&Comparison> = self.comparisons.iter().chain(&self.growth).collect();
+            for line in peers::absent(&all) {
+                say!("{line}");
+            }
+        }
+
+        fn write(&self, folder: Option<&Path>) -> anyhow::Result<()> {
+            let Some(folder) = folder else {
+                return Ok(());
+            };
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            let [rows, page] = FILES.map(|name| folder.join(name));
+            let cannot = |file: &Path| format!("cannot write {}", file.display());
+            let all = self.comparisons.iter().chain(&self.growth);
+            let file = File::create(&rows).with_context(|| cannot(&rows))?;
+            peers::write_csv(file, all.flat_map(|comparison| &comparison.rows))
+                .with_context(|| cannot(&rows))?;
+            let text = peers::page(&Evidence {
+                command: &self.command,
+                provenance: &self.provenance,
+                effort: &self.effort,
+                ours: self.ours,
+                comparisons: &self.comparisons,
+                growth: &self.growth,
+            });
+            std::fs::write(&page, text).with_context(|| cannot(&page))
+        }
+    }
+}
