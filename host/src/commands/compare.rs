@@ -10,13 +10,16 @@ use super::output::{bytes, count, duration, say, table};
 use super::separation::{record as record_separation, separation_effort};
 use crate::OwnedIndex;
 use crate::bench::comparison::{self, SceneComparison};
+use crate::bench::levels::{self, LevelCheck};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
-use crate::bench::{counters, growth, levels, separation};
+use crate::bench::{calibration, counters, growth, separation};
 use crate::report::{Canvas, CompareEvidence, compare_page, paint_clusters};
 use crate::scene::{Model, UpAxis, builtin, obj};
 
+/// Photons on which a level is counted and timed: some 10,000 rays, the same for all.
+const LEVEL_PHOTONS: u64 = 4_000;
 /// Pixels of a picture in the page.
 const PICTURE: [u32; 2] = [600, 480];
 
@@ -45,6 +48,12 @@ pub struct Compare {
     /// Print only figures that are the same on every machine and in every run: for a diff
     #[arg(long, conflicts_with_all = ["files", "scenes", "photons", "repetitions", "seed", "out"])]
     counters: bool,
+    /// Only check the automatic levels and resolutions against all others
+    #[arg(long, conflicts_with = "out")]
+    levels: bool,
+    /// Only measure what a ray, a node and a test take in each index, and print the table of the automatic selection
+    #[arg(long, conflicts_with_all = ["out", "levels", "photons", "repetitions"])]
+    calibrate: bool,
 }
 
 impl Compare {
@@ -58,6 +67,17 @@ impl Compare {
             return Ok(());
         }
         let models = self.models()?;
+        if self.levels {
+            print_checks(&self.check_levels(&models)?);
+            return Ok(());
+        }
+        if self.calibrate {
+            let bar = step_bar(models.len() as u64 * calibration::steps(), "calibration");
+            let fits = calibration::run(&models, &calibration::EFFORT, self.seed, &|| bar.inc(1))?;
+            bar.finish_and_clear();
+            say!("{}", calibration::lines(&fits).trim_end());
+            return Ok(());
+        }
         let effort = Effort {
             photons: self.photons,
             repetitions: self.repetitions,
@@ -101,6 +121,23 @@ impl Compare {
         Ok(models.into_iter().map(|model| model.with_default_light(UpAxis::Auto)).collect())
     }
 
+    /// The automatic choices of every index against all others.
+    fn check_levels(&self, models: &[Model]) -> anyhow::Result<Vec<LevelCheck>> {
+        let effort = Effort {
+            photons: self.photons.min(LEVEL_PHOTONS),
+            repetitions: self.repetitions,
+            seconds: 0.3,
+            share: Share::Own,
+        };
+        let mut checks = Vec::new();
+        for model in models {
+            let bar = step_bar(levels::steps(), &format!("{}, levels", model.name));
+            checks.extend(levels::run(model, &effort, self.seed, &|| bar.inc(1))?);
+            bar.finish_and_clear();
+        }
+        Ok(checks)
+    }
+
     /// The rest of the studies, and the files.
     fn write(
         &self,
@@ -117,13 +154,7 @@ impl Compare {
             recorder.add("growth", row.family, &row.measured);
         }
 
-        let bar = step_bar((models.len() * IndexKind::ALL.len()) as u64, "levels");
-        let quick = Effort { photons: self.photons.min(10_000), repetitions: 3, ..*effort };
-        let mut checks = Vec::new();
-        for model in models {
-            checks.extend(levels::run(model, &quick, self.seed, &|| bar.inc(1))?);
-        }
-        bar.finish_and_clear();
+        let checks = self.check_levels(models)?;
         for check in &checks {
             recorder.add("levels", &check.scene, std::slice::from_ref(&check.automatic));
             recorder.add("levels", &check.scene, &check.tried);
@@ -220,12 +251,16 @@ fn print_scene(scene: &SceneComparison) {
     say!("{lines}");
 }
 
-fn print_checks(checks: &[levels::LevelCheck]) {
+fn print_checks(checks: &[LevelCheck]) {
     let mut lines = table(&[
         "automatic choice",
         "level",
+        "nodes",
+        "tests",
         "cost/ray",
         "cheapest",
+        "nodes",
+        "tests",
         "cost/ray",
         "excess",
         "fastest",
@@ -236,8 +271,12 @@ fn print_checks(checks: &[levels::LevelCheck]) {
         lines.add_row([
             format!("{} {}", check.scene, check.automatic.case.kind.name()),
             check.automatic.deepest_level.to_string(),
+            format!("{:.1}", check.automatic.nodes_per_ray()),
+            format!("{:.1}", check.automatic.tests_per_ray()),
             format!("{:.2}", check.automatic.cost_per_ray()),
             cheapest.case.setting.clone(),
+            format!("{:.1}", cheapest.nodes_per_ray()),
+            format!("{:.1}", cheapest.tests_per_ray()),
             format!("{:.2}", cheapest.cost_per_ray()),
             format!("{:.1}%", check.excess_cost()),
             fastest.case.setting.clone(),
