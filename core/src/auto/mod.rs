@@ -15,9 +15,17 @@ pub struct CostModel {
     pub intersection: f64,
 }
 
+impl CostModel {
+    /// A node costs so many triangle tests.
+    pub const fn tests_per_node(tests: f64) -> Self {
+        Self { traversal: tests, intersection: 1.0 }
+    }
+}
+
 impl Default for CostModel {
+    /// A node costs as much as a test.
     fn default() -> Self {
-        Self { traversal: 1.0, intersection: 1.0 }
+        Self::tests_per_node(1.0)
     }
 }
 

@@ -12,7 +12,7 @@
 
 use std::fmt::Write;
 
-use arboleda::{IndexKind, Options, RayIndex, Resolution};
+use arboleda::{IndexKind, Level, Options, RayIndex, Resolution};
 use rayon::prelude::*;
 
 use super::plan::{Case, Effort, Share, photons_within, PROBE_PHOTONS};
@@ -36,16 +36,14 @@ pub struct Fit {
 fn cases(kind: IndexKind) -> Vec<Case> {
     let usual = Case::usual(kind);
     let mut cases = vec![usual.clone()];
-    for leaf_capacity in [4, 32] {
-        cases.push(Case { options: Options { leaf_capacity, ..usual.options }, ..usual.clone() });
-    }
-    for density in [0.25, 1.0, 4.0] {
+    for density in [0.5, 2.0] {
         let resolution = Resolution::CellsPerTriangle(density);
         cases.push(Case { options: Options { resolution, ..usual.options }, ..usual.clone() });
     }
-    for level in [4, 6] {
-        cases.push(Case::at_level(kind, level));
-    }
+    cases.push(Case {
+        options: Options { leaf_capacity: 32, level: Level::AtMost(8), ..usual.options },
+        ..usual
+    });
     cases
 }
 
@@ -198,7 +196,7 @@ pub fn lines(fits: &[Fit]) -> String {
 
 /// Photons to a setting, and how often they are replayed.
 pub const EFFORT: Effort =
-    Effort { photons: 4_000, repetitions: 5, seconds: 0.03, share: Share::Own };
+    Effort { photons: 2_000, repetitions: 7, seconds: 0.01, share: Share::Own };
 
 #[cfg(test)]
 mod tests {

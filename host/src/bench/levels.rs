@@ -149,7 +149,7 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
                 continue;
             }
             let counters = checked(&built.index(), rays, PROBE_PHOTONS)?;
-            let weights = case.options.cost;
+            let weights = kind.cost_model();
             let cost = weights.traversal * counters.nodes_visited as f64
                 + weights.intersection * counters.triangle_tests as f64;
             if cost > least * HOPELESS {

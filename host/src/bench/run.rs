@@ -110,7 +110,7 @@ impl Measurement {
 
     /// The cost of a ray as the index's cost model weighs nodes and tests.
     pub fn cost_per_ray(&self) -> f64 {
-        let cost = self.case.options.cost;
+        let cost = self.case.options.cost.unwrap_or(self.case.kind.cost_model());
         cost.traversal * self.nodes_per_ray() + cost.intersection * self.tests_per_ray()
     }
 }
