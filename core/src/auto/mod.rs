@@ -6,6 +6,13 @@
 //! Tracing Hierarchies*, 1991: go on dividing as long as the estimated cost of the whole hierarchy
 //! falls.
 
+mod sample;
+mod selection;
+mod weights;
+
+pub use selection::{Candidate, Cost, Expectation, Selection, USUAL, select};
+pub use weights::Weights;
+
 /// What a step and a test cost, in any unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {

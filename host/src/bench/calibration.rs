@@ -15,7 +15,7 @@ use std::fmt::Write;
 use arboleda::{IndexKind, Level, Options, RayIndex, Resolution};
 use rayon::prelude::*;
 
-use super::plan::{Case, Effort, Share, photons_within, PROBE_PHOTONS};
+use super::plan::{Case, Effort, PROBE_PHOTONS, Share, photons_within};
 use super::rays::RaySet;
 use super::run::{Measurement, build, checked, clock, count};
 use crate::OwnedIndex;
@@ -47,9 +47,22 @@ fn cases(kind: IndexKind) -> Vec<Case> {
     cases
 }
 
-/// How many steps `progress` takes for each model.
-pub fn steps() -> u64 {
-    IndexKind::ALL.len() as u64
+/// Of the first model, also so many triangles alone: on the others, the time of the linear scan says nothing
+/// about what a ray takes before the first test.
+const FEW: [usize; 3] = [1, 12, 100];
+
+fn first_triangles(model: &Model, count: usize) -> Model {
+    let mut few = model.clone();
+    few.name = format!("{count} of {}", model.name);
+    few.triangles.truncate(count);
+    few.reflectance.truncate(count);
+    few.objects.truncate(count);
+    few
+}
+
+/// How many steps `progress` takes.
+pub fn steps(models: &[Model]) -> u64 {
+    ((models.len() + FEW.len()) * IndexKind::ALL.len()) as u64
 }
 
 /// Measures every index on the models in several settings, and fits the weights.
@@ -63,7 +76,11 @@ pub fn run(
     progress: &(impl Fn() + Sync),
 ) -> anyhow::Result<Vec<Fit>> {
     let mut rows = vec![Vec::new(); IndexKind::ALL.len()];
+    let models = models.iter().cloned().chain(
+        models.first().into_iter().flat_map(|first| FEW.map(|count| first_triangles(first, count))),
+    );
     for model in models {
+        let model = &model;
         let rays = RaySet::shoot(model, effort.photons, seed)?;
         for (&kind, rows) in IndexKind::ALL.iter().zip(&mut rows) {
             rows.extend(measure(model, kind, &rays, effort)?);
@@ -160,7 +177,8 @@ fn least_squares(rows: &[[f64; 3]]) -> ([f64; 3], f64) {
 /// Solves three linear equations, if they have one solution.
 fn solve(mut matrix: [[f64; 4]; 3]) -> Option<[f64; 3]> {
     for step in 0..3 {
-        let pivot = (step..3).max_by(|&a, &b| matrix[a][step].abs().total_cmp(&matrix[b][step].abs()))?;
+        let pivot =
+            (step..3).max_by(|&a, &b| matrix[a][step].abs().total_cmp(&matrix[b][step].abs()))?;
         matrix.swap(step, pivot);
         let line = matrix[step];
         if line[step].abs() < 1e-12 {

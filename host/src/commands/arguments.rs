@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use arboleda::{BvhBuild, IndexKind, Level, Options, Resolution, Scene};
+use arboleda::{BvhBuild, IndexKind, Level, Options, Ray, Resolution, Scene};
 use clap::Args;
 
 use crate::owned_index::{kind_by_name, kind_names};
 use crate::scene::{self, Model, UpAxis};
+use crate::select_index;
 
 /// Which scene.
 #[derive(Args, Clone, Debug)]
@@ -92,23 +93,34 @@ impl BuildArguments {
 /// Which index, or all.
 #[derive(Args, Clone, Debug)]
 pub struct IndexChoice {
-    /// The index: linear, octree, octree-hierarchy, ... or all
-    #[arg(long, value_name = "NAME", default_value = "octree-hierarchy")]
+    /// The index: linear, octree, octree-hierarchy, ... or all; `auto` tries each and chooses by estimated cost
+    #[arg(long, value_name = "NAME", default_value = "auto")]
     index: String,
 }
 
 impl IndexChoice {
-    /// The kinds named.
+    /// The kinds named. The automatic choice is tried on some of the rays to come, or on a sample of the scene's own
+    /// if there are none; it prints why on stderr.
     ///
     /// # Errors
-    /// For an unknown name; lists the known ones.
-    pub fn kinds(&self) -> anyhow::Result<Vec<IndexKind>> {
+    /// For an unknown name; lists the known ones. If the scene cannot be indexed.
+    pub fn kinds(
+        &self,
+        scene: &Scene<'_>,
+        options: &Options,
+        rays: impl FnOnce() -> anyhow::Result<Vec<Ray>>,
+    ) -> anyhow::Result<Vec<IndexKind>> {
         if self.is_all() {
             return Ok(IndexKind::ALL.to_vec());
         }
+        if self.index == "auto" {
+            let selection = select_index(scene, options, &rays()?)?;
+            eprintln!("{selection}");
+            return Ok(vec![selection.kind()]);
+        }
         let kind = kind_by_name(&self.index).with_context(|| {
             let names = kind_names().collect::<Vec<_>>().join(", ");
-            format!("there is no index {:?}; there are {names}, or all", self.index)
+            format!("there is no index {:?}; there are {names}, all and auto", self.index)
         })?;
         Ok(vec![kind])
     }

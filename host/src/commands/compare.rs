@@ -18,8 +18,8 @@ use crate::bench::{calibration, counters, growth, separation};
 use crate::report::{Canvas, CompareEvidence, compare_page, paint_clusters};
 use crate::scene::{Model, UpAxis, builtin, obj};
 
-/// Photons on which a level is counted and timed: some 10,000 rays, the same for all.
-const LEVEL_PHOTONS: u64 = 4_000;
+/// Photons on which a level is counted and timed: some 6,000 rays, the same for all.
+const LEVEL_PHOTONS: u64 = 3_000;
 /// Pixels of a picture in the page.
 const PICTURE: [u32; 2] = [600, 480];
 
@@ -72,7 +72,7 @@ impl Compare {
             return Ok(());
         }
         if self.calibrate {
-            let bar = step_bar(models.len() as u64 * calibration::steps(), "calibration");
+            let bar = step_bar(calibration::steps(&models), "calibration");
             let fits = calibration::run(&models, &calibration::EFFORT, self.seed, &|| bar.inc(1))?;
             bar.finish_and_clear();
             say!("{}", calibration::lines(&fits).trim_end());
@@ -81,7 +81,7 @@ impl Compare {
         let effort = Effort {
             photons: self.photons,
             repetitions: self.repetitions,
-            seconds: 0.3,
+            seconds: 0.1,
             share: Share::Own,
         };
         let mut recorder = Recorder::new(self.seed);
@@ -94,6 +94,7 @@ impl Compare {
             recorder.add("compare", &scene.scene, &scene.measured);
             scenes.push(scene);
         }
+        print_selections(&scenes);
         let Some(folder) = &self.out else {
             return Ok(());
         };
@@ -148,7 +149,8 @@ impl Compare {
         mut recorder: Recorder,
     ) -> anyhow::Result<()> {
         let bar = step_bar(growth::steps(), "growth");
-        let growth = growth::run(effort, self.seed, &mut || bar.inc(1))?;
+        let brief = Effort { seconds: 0.05, ..*effort };
+        let growth = growth::run(&brief, self.seed, &mut || bar.inc(1))?;
         bar.finish_and_clear();
         for row in &growth {
             recorder.add("growth", row.family, &row.measured);
@@ -246,6 +248,39 @@ fn print_scene(scene: &SceneComparison) {
             format!("{:.1}", one.nodes_per_ray()),
             format!("{:.1}", one.tests_per_ray()),
             count(one.photons),
+        ]);
+    }
+    say!("{lines}");
+}
+
+fn print_selections(scenes: &[SceneComparison]) {
+    let mut lines = table(&[
+        "automatic selection",
+        "by a sample",
+        "estimated",
+        "rays/s",
+        "loss",
+        "by photons",
+        "rays/s",
+        "loss",
+        "fastest",
+        "rays/s",
+    ]);
+    for scene in scenes {
+        let rate = |kind| scene.of(kind).map_or(0, |one| one.rays_per_second() as u64);
+        let fastest = scene.fastest().map_or(IndexKind::Linear, |one| one.case.kind);
+        let (by_sample, by_rays) = (&scene.by_sample, &scene.by_rays);
+        lines.add_row([
+            scene.scene.clone(),
+            by_sample.kind().name().to_owned(),
+            format!("{:.2} us", by_sample.cost().nanoseconds / 1e3),
+            count(rate(by_sample.kind())),
+            format!("{:.1}%", scene.loss_percent(by_sample)),
+            by_rays.kind().name().to_owned(),
+            count(rate(by_rays.kind())),
+            format!("{:.1}%", scene.loss_percent(by_rays)),
+            fastest.name().to_owned(),
+            count(rate(fastest)),
         ]);
     }
     say!("{lines}");
