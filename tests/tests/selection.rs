@@ -51,10 +51,14 @@ fn thousands_of_triangles_do() {
     let selection = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap();
     assert_ne!(selection.kind(), IndexKind::Linear);
     assert_eq!(selection.candidates().len(), IndexKind::ALL.len());
-    // The chosen one is the cheapest.
+    // The chosen one is the cheapest, or as good.
     for candidate in selection.candidates() {
         if let Expectation::Fits(cost) = candidate.expectation {
-            assert!(cost.nanoseconds >= selection.cost().nanoseconds, "{}", candidate.kind.name());
+            assert!(
+                cost.nanoseconds * 1.03 >= selection.cost().nanoseconds,
+                "{}",
+                candidate.kind.name()
+            );
         }
     }
 }

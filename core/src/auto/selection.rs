@@ -31,6 +31,9 @@ pub const USUAL: &[IndexKind] = &[
     IndexKind::WideOctreeHierarchy,
 ];
 
+/// What costs at most so many times the least is as good: the weights are no more exact.
+const AS_GOOD: f64 = 1.03;
+
 /// What is expected of one candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expectation {
@@ -71,7 +74,7 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The cheapest that fits; of equals, the first in the order of the candidates.
+    /// The cheapest that fits; of those within 3% of it, the smallest, and then the first of the candidates.
     pub fn kind(&self) -> IndexKind {
         self.chosen
     }
@@ -123,22 +126,29 @@ pub fn select(
     scratch: &mut [u8],
 ) -> Result<Selection, BuildError> {
     let mut estimates = heapless::Vec::new();
-    let mut best: Option<(IndexKind, Cost)> = None;
+    let mut least = f64::INFINITY;
     for &kind in candidates {
         if estimates.iter().any(|known: &Candidate| known.kind == kind) {
             continue;
         }
         let expectation = match expect(kind, scene, options, rays, arena, scratch) {
             Ok(cost) => {
-                if best.is_none_or(|(_, least)| cost.nanoseconds < least.nanoseconds) {
-                    best = Some((kind, cost));
-                }
+                least = if cost.nanoseconds < least { cost.nanoseconds } else { least };
                 Expectation::Fits(cost)
             }
             Err(error) => Expectation::LeftOut(error),
         };
         let pushed = estimates.push(Candidate { kind, expectation }).is_ok();
         debug_assert!(pushed, "each kind comes once");
+    }
+    let mut best: Option<(IndexKind, Cost)> = None;
+    for Candidate { kind, expectation } in &estimates {
+        if let Expectation::Fits(cost) = *expectation
+            && cost.nanoseconds <= least * AS_GOOD
+            && best.is_none_or(|(_, smallest)| cost.bytes < smallest.bytes)
+        {
+            best = Some((*kind, cost));
+        }
     }
     match best {
         Some((chosen, cost)) => Ok(Selection { chosen, cost, candidates: estimates }),

@@ -3,7 +3,9 @@
 //! ```text
 //! seconds = rays * ray + nodes visited * node + triangle tests * test      one row for each scene and setting
 //! ```
-//! Solved by least squares of the relative errors, with no weight below 0. The table in the core,
+//! Solved by least squares of the relative errors, with no weight below 0, for a simple index and its hierarchy
+//! together: they share the local index, and where they are close, what tells them apart is their counters and
+//! not the errors of two fits. The table in the core,
 //! `core/src/auto/weights.rs`, is renewed with what this prints:
 //!
 //! ```text
@@ -15,7 +17,7 @@ use std::fmt::Write;
 use arboleda::{IndexKind, Level, Options, RayIndex, Resolution};
 use rayon::prelude::*;
 
-use super::plan::{Case, Effort, PROBE_PHOTONS, Share, photons_within};
+use super::plan::{Case, Effort, PROBE_PHOTONS, Share, pairs, photons_within};
 use super::rays::RaySet;
 use super::run::{Measurement, build, checked, clock, count};
 use crate::OwnedIndex;
@@ -87,7 +89,16 @@ pub fn run(
             progress();
         }
     }
-    Ok(IndexKind::ALL.iter().zip(&rows).map(|(&kind, rows)| fit(kind, rows)).collect())
+    let of = |kind| IndexKind::ALL.iter().zip(&rows).filter(move |(other, _)| **other == kind);
+    let fits = IndexKind::ALL.iter().map(|&kind| {
+        let pair = pairs().find(|&(simple, clustered)| kind == simple || kind == clustered);
+        let (simple, clustered) = pair.unwrap_or((kind, kind));
+        let other = if kind == simple { clustered } else { simple };
+        let own = of(kind).flat_map(|(_, rows)| rows);
+        let others = of(other).filter(|_| other != kind).flat_map(|(_, rows)| rows);
+        fit(kind, own.chain(others))
+    });
+    Ok(fits.collect())
 }
 
 /// The same index, whatever the setting, is measured once; a setting that is far too coarse is left out.
@@ -123,9 +134,8 @@ fn measure(
 }
 
 /// The weights of one kind.
-fn fit(kind: IndexKind, measured: &[Measurement]) -> Fit {
+fn fit<'m>(kind: IndexKind, measured: impl Iterator<Item = &'m Measurement>) -> Fit {
     let rows: Vec<[f64; 3]> = measured
-        .iter()
         .map(|one| {
             let share = 1e-9 / one.seconds.min;
             let counters = one.counters;

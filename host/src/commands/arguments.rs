@@ -90,6 +90,30 @@ impl BuildArguments {
     }
 }
 
+/// How much is measured, where several indices are.
+#[derive(Args, Clone, Debug)]
+pub struct MeasureArguments {
+    /// Photons to each repetition
+    #[arg(long, value_name = "N", default_value_t = 30_000)]
+    pub photons: u64,
+    /// How often the rays are replayed
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub repetitions: usize,
+    /// Another seed gives other photons
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+impl MeasureArguments {
+    /// The command line that measures the same again.
+    pub fn command(&self, name: &str) -> String {
+        format!(
+            "arboleda {name} --photons {} --repetitions {} --seed {}",
+            self.photons, self.repetitions, self.seed
+        )
+    }
+}
+
 /// Which index, or all.
 #[derive(Args, Clone, Debug)]
 pub struct IndexChoice {

@@ -6,6 +6,7 @@ use anyhow::{Context, ensure};
 use arboleda::{Block, IndexKind, Options, cluster};
 use clap::Args;
 
+use super::arguments::MeasureArguments;
 use super::output::{bytes, count, duration, say, table};
 use super::separation::{record as record_separation, separation_effort};
 use crate::OwnedIndex;
@@ -32,15 +33,8 @@ pub struct Compare {
     /// Only these built-in scenes, separated by commas; `none` for the files alone
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     scenes: Vec<String>,
-    /// Photons to each repetition
-    #[arg(long, value_name = "N", default_value_t = 30_000)]
-    photons: u64,
-    /// How often the rays are replayed
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    repetitions: usize,
-    /// Another seed gives other photons
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    measure: MeasureArguments,
     /// Write the page index.html, compare.csv and pictures to this folder; with it, scenes also grow, clusters move
     /// apart, and automatic levels are checked
     #[arg(long, value_name = "DIR")]
@@ -73,22 +67,23 @@ impl Compare {
         }
         if self.calibrate {
             let bar = step_bar(calibration::steps(&models), "calibration");
-            let fits = calibration::run(&models, &calibration::EFFORT, self.seed, &|| bar.inc(1))?;
+            let fits =
+                calibration::run(&models, &calibration::EFFORT, self.measure.seed, &|| bar.inc(1))?;
             bar.finish_and_clear();
             say!("{}", calibration::lines(&fits).trim_end());
             return Ok(());
         }
         let effort = Effort {
-            photons: self.photons,
-            repetitions: self.repetitions,
+            photons: self.measure.photons,
+            repetitions: self.measure.repetitions,
             seconds: 0.1,
             share: Share::Own,
         };
-        let mut recorder = Recorder::new(self.seed);
+        let mut recorder = Recorder::new(self.measure.seed);
         let mut scenes = Vec::new();
         for model in &models {
             let bar = step_bar(comparison::steps(), &model.name);
-            let scene = comparison::run(model, &effort, self.seed, &mut || bar.inc(1))?;
+            let scene = comparison::run(model, &effort, self.measure.seed, &mut || bar.inc(1))?;
             bar.finish_and_clear();
             print_scene(&scene);
             recorder.add("compare", &scene.scene, &scene.measured);
@@ -125,15 +120,15 @@ impl Compare {
     /// The automatic choices of every index against all others.
     fn check_levels(&self, models: &[Model]) -> anyhow::Result<Vec<LevelCheck>> {
         let effort = Effort {
-            photons: self.photons.min(LEVEL_PHOTONS),
-            repetitions: self.repetitions,
+            photons: self.measure.photons.min(LEVEL_PHOTONS),
+            repetitions: self.measure.repetitions,
             seconds: 0.3,
             share: Share::Own,
         };
         let mut checks = Vec::new();
         for model in models {
             let bar = step_bar(levels::steps(), &format!("{}, levels", model.name));
-            checks.extend(levels::run(model, &effort, self.seed, &|| bar.inc(1))?);
+            checks.extend(levels::run(model, &effort, self.measure.seed, &|| bar.inc(1))?);
             bar.finish_and_clear();
         }
         Ok(checks)
@@ -150,7 +145,7 @@ impl Compare {
     ) -> anyhow::Result<()> {
         let bar = step_bar(growth::steps(), "growth");
         let brief = Effort { seconds: 0.05, ..*effort };
-        let growth = growth::run(&brief, self.seed, &mut || bar.inc(1))?;
+        let growth = growth::run(&brief, self.measure.seed, &mut || bar.inc(1))?;
         bar.finish_and_clear();
         for row in &growth {
             recorder.add("growth", row.family, &row.measured);
@@ -164,8 +159,8 @@ impl Compare {
         print_checks(&checks);
 
         let bar = step_bar(separation::steps(), "separation");
-        let apart = separation_effort(self.photons, self.repetitions);
-        let separation = separation::run(&apart, self.seed, &mut || bar.inc(1))?;
+        let apart = separation_effort(self.measure.photons, self.measure.repetitions);
+        let separation = separation::run(&apart, self.measure.seed, &mut || bar.inc(1))?;
         bar.finish_and_clear();
         record_separation(&mut recorder, &separation);
 
@@ -182,10 +177,7 @@ impl Compare {
             levels: &checks,
             pictures: &pictures,
             provenance: recorder.provenance(),
-            command: &format!(
-                "arboleda compare --photons {} --repetitions {} --seed {}",
-                self.photons, self.repetitions, self.seed
-            ),
+            command: &self.measure.command("compare"),
         };
         let page = folder.join("index.html");
         compare_page(&evidence)?.save(&page)?;
