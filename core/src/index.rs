@@ -135,6 +135,7 @@ impl<'a, R: Representation> Index<'a, R> {
     ) -> Result<Self, BuildError> {
         scene.check()?;
         options.check()?;
+        let options = &Options { cost: options.cost.or(Some(R::Structure::COST)), ..*options };
         let triangles = scene.triangles;
         let scratch_needed = Self::scratch_capacity(triangles.len(), options);
         let scratch_full = BuildError::ScratchFull { needed: scratch_needed, given: scratch.len() };

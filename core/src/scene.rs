@@ -71,8 +71,9 @@ pub struct Options {
     pub resolution: Resolution,
     /// How bounding volume hierarchies are built.
     pub bvh_build: BvhBuild,
-    /// What a step and a test cost, for the indices that estimate.
-    pub cost: CostModel,
+    /// What a step and a test cost, for the indices that estimate; `None` for what was measured of each,
+    /// [`crate::IndexKind::cost_model`].
+    pub cost: Option<CostModel>,
 }
 
 impl Default for Options {
@@ -84,12 +85,17 @@ impl Default for Options {
             size_classes: 4,
             resolution: Resolution::Automatic,
             bvh_build: BvhBuild::Binned,
-            cost: CostModel::default(),
+            cost: None,
         }
     }
 }
 
 impl Options {
+    /// The model to estimate with; [`crate::Index::build`] has filled in the index's own.
+    pub(crate) fn cost_model(&self) -> CostModel {
+        self.cost.unwrap_or_default()
+    }
+
     pub(crate) fn check(&self) -> Result<(), BuildError> {
         let invalid = |option, allowed| Err(BuildError::InvalidOption { option, allowed });
         if self.leaf_capacity == 0 {
@@ -112,7 +118,8 @@ impl Options {
             _ => {}
         }
         let positive = |cost: f64| cost.is_finite() && cost > 0.0;
-        if !(positive(self.cost.traversal) && positive(self.cost.intersection)) {
+        let model = self.cost_model();
+        if !(positive(model.traversal) && positive(model.intersection)) {
             return invalid("cost", "finite and above 0");
         }
         if !(1..=4).contains(&self.size_classes) {

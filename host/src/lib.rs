@@ -16,6 +16,7 @@
     clippy::float_cmp
 )]
 
+mod automatic;
 pub mod bench;
 pub mod commands;
 mod owned_index;
@@ -25,6 +26,7 @@ pub mod photon;
 pub mod report;
 pub mod scene;
 
+pub use automatic::select_index;
 pub use owned_index::{OwnedIndex, kind_by_name, kind_names};
 
 /// The code of the project's front page, compiled and run.

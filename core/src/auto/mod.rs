@@ -6,6 +6,13 @@
 //! Tracing Hierarchies*, 1991: go on dividing as long as the estimated cost of the whole hierarchy
 //! falls.
 
+mod sample;
+mod selection;
+mod weights;
+
+pub use selection::{Candidate, Cost, Expectation, Selection, USUAL, select};
+pub use weights::Weights;
+
 /// What a step and a test cost, in any unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {
@@ -15,9 +22,17 @@ pub struct CostModel {
     pub intersection: f64,
 }
 
+impl CostModel {
+    /// A node costs so many triangle tests.
+    pub const fn tests_per_node(tests: f64) -> Self {
+        Self { traversal: tests, intersection: 1.0 }
+    }
+}
+
 impl Default for CostModel {
+    /// A node costs as much as a test.
     fn default() -> Self {
-        Self { traversal: 1.0, intersection: 1.0 }
+        Self::tests_per_node(1.0)
     }
 }
 

@@ -28,4 +28,4 @@ impl Division for BspTree {
     }
 }
 
-forward_local_index!(BspTree, PlaneTree, 5, "bsp-tree");
+forward_local_index!(BspTree, PlaneTree, 5, "bsp-tree", 1.5);

@@ -261,7 +261,7 @@ impl Builder<'_, '_> {
 
     /// The best division, if it is better than a leaf or the leaf would be too large.
     fn split(&self, bounds: &Aabb, centres: &Aabb, ids: &[u32]) -> Option<Split> {
-        let model = &self.options.cost;
+        let model = &self.options.cost_model();
         let whole = surface(bounds.extent());
         let mut best: Option<Split> = None;
         for axis in 0..3 {

@@ -158,7 +158,7 @@ impl Tree<'_> {
         // Of two that grow alike the lower, so that coincident triangles make a balanced tree.
         let go_right = r_growth < l_growth || (r_growth == l_growth && r.height < l.height);
         let (child, least) = if go_right { (right, r_growth) } else { (left, l_growth) };
-        let model = &options.cost;
+        let model = &options.cost_model();
         let descended = model.traversal * 2.0 * growth(&node.bounds) + model.intersection * least;
         let paired = model.traversal * 2.0 * surface(node.bounds.union(*bounds).extent());
         Some((!fits || descended <= paired).then_some(child))

@@ -4,6 +4,7 @@ use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
 use super::{Division, Group, Local, LocalIndex, Statistics, Structure};
+use crate::auto::CostModel;
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::geometry::{RaySpan, Span};
 use crate::index::Representation;
@@ -27,6 +28,7 @@ impl<L: LocalIndex> Structure for L {
     const NAME: &'static str = L::NAME;
     const HIERARCHY_NAME: &'static str = L::HIERARCHY_NAME;
     const KIND: u32 = L::KIND;
+    const COST: CostModel = L::COST;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
         L::scratch_bytes(triangle_count, options)

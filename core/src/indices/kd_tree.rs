@@ -35,4 +35,4 @@ impl Division for KdTree {
     }
 }
 
-forward_local_index!(KdTree, PlaneTree, 4, "kd-tree");
+forward_local_index!(KdTree, PlaneTree, 4, "kd-tree", 1.3);

@@ -33,6 +33,7 @@ pub(crate) use uniform_grid::MOST_CELLS_ON_AXIS;
 pub use uniform_grid::UniformGrid;
 pub use wide_octree::WideOctree;
 
+use crate::auto::CostModel;
 use crate::cluster::Clusters;
 use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::index::Representation;
@@ -51,6 +52,9 @@ pub trait LocalIndex: 'static {
     const HIERARCHY_NAME: &'static str;
     /// The number that tells images apart, below 2^16, never used again for another format.
     const KIND: u32;
+    /// What a node costs in triangle tests, for deciding how far to divide, as it was measured;
+    /// [`Options::cost`] overrides it.
+    const COST: CostModel = CostModel::tests_per_node(1.0);
 
     /// A bound on the scratch bytes that a group of `triangle_count` needs.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
@@ -91,6 +95,8 @@ pub trait Structure: 'static {
     const HIERARCHY_NAME: &'static str;
     /// The number that tells images apart, below 2^16, never used again for another format.
     const KIND: u32;
+    /// See [`LocalIndex::COST`].
+    const COST: CostModel = CostModel::tests_per_node(1.0);
     /// Whether the words hold the triangles, so that the image need not.
     const HOLDS_TRIANGLES: bool = false;
 
@@ -246,11 +252,13 @@ impl Statistics {
 
 /// Implements [`LocalIndex`] by a shared tree, of which the type is the division.
 macro_rules! forward_local_index {
-    ($index:ty, $tree:ident, $kind:literal, $name:literal) => {
+    ($index:ty, $tree:ident, $kind:literal, $name:literal, $tests_per_node:literal) => {
         impl $crate::indices::LocalIndex for $index {
             const NAME: &'static str = $name;
             const HIERARCHY_NAME: &'static str = concat!($name, "-hierarchy");
             const KIND: u32 = $kind;
+            const COST: $crate::auto::CostModel =
+                $crate::auto::CostModel::tests_per_node($tests_per_node);
 
             fn scratch_bytes(triangle_count: usize, options: &$crate::Options) -> usize {
                 $tree::<Self>::scratch_bytes(triangle_count, options)

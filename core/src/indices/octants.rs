@@ -171,7 +171,7 @@ impl<D: Division> Octants<D> {
                 options,
                 most_level,
                 root_surface: Cell::root(&group.bounds).surface_within(&group.bounds),
-                estimate: Estimate::new(&options.cost),
+                estimate: Estimate::new(&options.cost_model()),
                 words,
                 start,
                 ids: &mut *ids,
@@ -415,7 +415,7 @@ impl<D: Division> Builder<'_, '_, '_, D> {
         let planes = if few || level >= self.most_level {
             [None; 3]
         } else {
-            D::choose(self.group, list, &cell, &self.options.cost)
+            D::choose(self.group, list, &cell, &self.options.cost_model())
         };
         if planes == [None; 3] {
             self.estimate.add_tests(probability, list.len());

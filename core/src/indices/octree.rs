@@ -28,4 +28,4 @@ impl Division for Octree {
     }
 }
 
-forward_local_index!(Octree, Octants, 2, "octree");
+forward_local_index!(Octree, Octants, 2, "octree", 3.0);

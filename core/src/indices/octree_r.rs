@@ -42,4 +42,4 @@ impl Division for OctreeR {
     }
 }
 
-forward_local_index!(OctreeR, Octants, 3, "octree-r");
+forward_local_index!(OctreeR, Octants, 3, "octree-r", 3.0);

@@ -115,7 +115,7 @@ impl<D: Division> PlaneTree<D> {
                 },
                 most_depth,
                 root_surface: root.surface_within(&group.bounds),
-                estimate: Estimate::new(&options.cost),
+                estimate: Estimate::new(&options.cost_model()),
                 words,
                 start,
                 ids: &mut *ids,
@@ -253,7 +253,7 @@ impl<D: Division> Builder<'_, '_, '_, D> {
         let plane = if few || depth >= self.most_depth {
             None
         } else {
-            D::choose(self.group, list, &cell, depth, &self.options.cost)
+            D::choose(self.group, list, &cell, depth, &self.options.cost_model())
         };
         let Some(plane) = plane else {
             self.estimate.add_tests(probability, list.len());

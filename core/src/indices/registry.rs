@@ -1,6 +1,9 @@
 //! The list of all indices: one line each.
 
-use super::{BspTree, Bvh, Clustered, KdTree, Linear, Octree, OctreeR, UniformGrid, WideOctree};
+use super::{
+    BspTree, Bvh, Clustered, KdTree, Linear, Octree, OctreeR, Structure, UniformGrid, WideOctree,
+};
+use crate::auto::CostModel;
 use crate::index::{Capacity, Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
@@ -62,6 +65,16 @@ macro_rules! registry {
             pub const fn is_clustered(self) -> bool {
                 match self {
                     $(Self::$variant => <$representation as Representation>::CLUSTERED,)*
+                }
+            }
+
+            /// What a node costs in triangle tests, for deciding how far to divide; measured by the host's
+            /// `compare --calibrate`.
+            pub const fn cost_model(self) -> CostModel {
+                match self {
+                    $(Self::$variant => {
+                        <<$representation as Representation>::Structure as Structure>::COST
+                    })*
                 }
             }
 

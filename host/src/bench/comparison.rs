@@ -1,11 +1,16 @@
 //! Every index on one scene, with the linear scan on a share of the photons.
 
-use arboleda::IndexKind;
+use arboleda::auto::Selection;
+use arboleda::{IndexKind, Options};
 
 use super::plan::{Case, Effort, Share};
 use super::rays::RaySet;
 use super::run::{Measurement, check_against_oracle, measure};
 use crate::scene::Model;
+use crate::select_index;
+
+/// The photons by whose rays the automatic selection chooses.
+const SAMPLE_PHOTONS: u64 = 512;
 
 /// All indices on one scene.
 pub struct SceneComparison {
@@ -13,6 +18,10 @@ pub struct SceneComparison {
     pub scene: String,
     /// As [`IndexKind::ALL`]: the linear scan first.
     pub measured: Vec<Measurement>,
+    /// What the automatic selection chooses by the scene's own sample of rays.
+    pub by_sample: Selection,
+    /// What it chooses by the first of the photons' rays.
+    pub by_rays: Selection,
 }
 
 impl SceneComparison {
@@ -21,6 +30,23 @@ impl SceneComparison {
         let time = Measurement::microseconds_per_photon;
         let fastest = self.measured.iter().map(time).fold(f64::INFINITY, f64::min);
         time(one) / fastest
+    }
+
+    /// What was measured of an index.
+    pub fn of(&self, kind: IndexKind) -> Option<&Measurement> {
+        self.measured.iter().find(|one| one.case.kind == kind)
+    }
+
+    /// The most rays per second.
+    pub fn fastest(&self) -> Option<&Measurement> {
+        let rate = Measurement::rays_per_second;
+        self.measured.iter().max_by(|a, b| rate(a).total_cmp(&rate(b)))
+    }
+
+    /// By how much more rays per second the fastest of all answers than the one selected, in percent of the fastest.
+    pub fn loss_percent(&self, selection: &Selection) -> f64 {
+        let rate = |one: Option<&Measurement>| one.map_or(f64::NAN, Measurement::rays_per_second);
+        (1.0 - rate(self.of(selection.kind())) / rate(self.fastest())) * 100.0
     }
 }
 
@@ -44,5 +70,8 @@ pub fn run(
     let cases: Vec<Case> = IndexKind::ALL.iter().map(|&kind| Case::usual(kind)).collect();
     let effort = Effort { share: Share::Own, ..*effort };
     let measured = measure(model, &cases, &rays, &effort, progress)?;
-    Ok(SceneComparison { scene: model.name.clone(), measured })
+    let options = Options::default();
+    let by_sample = select_index(&model.scene(), &options, &[])?;
+    let by_rays = select_index(&model.scene(), &options, rays.of_first(SAMPLE_PHOTONS))?;
+    Ok(SceneComparison { scene: model.name.clone(), measured, by_sample, by_rays })
 }

@@ -10,6 +10,7 @@
 //! ```
 //! Answers are compared bit for bit before anything is timed; all timing is on one thread.
 
+pub mod calibration;
 pub mod comparison;
 pub mod counters;
 pub mod equal_bytes;

@@ -34,7 +34,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of at least one time.
+    /// Of some times; NaN if there are none.
     pub fn of(times: &[f64]) -> Self {
         let mut sorted = times.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -71,9 +71,9 @@ pub struct Measurement {
     pub ray_count: usize,
     /// What answering these rays took.
     pub counters: Counters,
-    /// How long answering them took.
+    /// How long answering them took; NaN if that was not measured.
     pub seconds: Spread,
-    /// How often they were answered.
+    /// How often they were answered against the clock.
     pub repetitions: usize,
 }
 
@@ -110,7 +110,7 @@ impl Measurement {
 
     /// The cost of a ray as the index's cost model weighs nodes and tests.
     pub fn cost_per_ray(&self) -> f64 {
-        let cost = self.case.options.cost;
+        let cost = self.case.options.cost.unwrap_or(self.case.kind.cost_model());
         cost.traversal * self.nodes_per_ray() + cost.intersection * self.tests_per_ray()
     }
 }
@@ -202,40 +202,59 @@ pub fn measure_built(
     }
 
     // 3. The answers.
-    let mut counters = Vec::new();
-    for (index, &photons) in indices.iter().zip(&shares) {
-        counters.push(checked(index, rays, photons)?);
+    let mut measurements = Vec::new();
+    for (at, case) in cases.iter().enumerate() {
+        measurements.push(count(model, case, &built[at], rays, shares[at])?);
         progress();
     }
 
     // 4. The clock.
-    let mut times = vec![Vec::new(); cases.len()];
-    for _ in 0..effort.repetitions.max(1) {
-        for ((index, &photons), times) in indices.iter().zip(&shares).zip(&mut times) {
-            times.push(replay(index.as_ray_index(), rays.of_first(photons)));
+    let mut contest: Vec<_> = indices.iter().zip(&mut measurements).collect();
+    clock(&mut contest, rays, effort.repetitions);
+    Ok(measurements)
+}
+
+/// What an index takes by counters, its answers compared; the clock is still to come.
+///
+/// # Errors
+/// If an answer is not, bit for bit, the guide's.
+pub fn count(
+    model: &Model,
+    case: &Case,
+    built: &OwnedIndex,
+    rays: &RaySet,
+    photons: u64,
+) -> anyhow::Result<Measurement> {
+    let index = built.index();
+    let image = index.image();
+    Ok(Measurement {
+        case: case.clone(),
+        triangle_count: model.triangles.len(),
+        build_seconds: built.build_seconds(),
+        bytes: built.bytes(),
+        subdivision_bytes: built.bytes().saturating_sub(size_of_val(&*model.triangles)),
+        cluster_count: image.cluster_count(),
+        deepest_level: index.check()?.deepest_level,
+        photons,
+        ray_count: rays.of_first(photons).len(),
+        counters: checked(&index, rays, photons)?,
+        seconds: Spread::of(&[]),
+        repetitions: 0,
+    })
+}
+
+/// Times the indices on the photons that each was counted on, in turns.
+pub fn clock(contest: &mut [(&AnyIndex<'_>, &mut Measurement)], rays: &RaySet, repetitions: usize) {
+    let mut times = vec![Vec::new(); contest.len()];
+    for _ in 0..repetitions.max(1) {
+        for ((index, measured), times) in contest.iter().zip(&mut times) {
+            times.push(replay(index.as_ray_index(), rays.of_first(measured.photons)));
         }
     }
-
-    let mut measurements = Vec::new();
-    for (at, case) in cases.iter().enumerate() {
-        let (index, photons) = (&indices[at], shares[at]);
-        let image = index.image();
-        measurements.push(Measurement {
-            case: case.clone(),
-            triangle_count: model.triangles.len(),
-            build_seconds: built[at].build_seconds(),
-            bytes: built[at].bytes(),
-            subdivision_bytes: built[at].bytes().saturating_sub(size_of_val(&*model.triangles)),
-            cluster_count: image.cluster_count(),
-            deepest_level: index.check()?.deepest_level,
-            photons,
-            ray_count: rays.of_first(photons).len(),
-            counters: counters[at],
-            seconds: Spread::of(&times[at]),
-            repetitions: times[at].len(),
-        });
+    for ((_, measured), times) in contest.iter_mut().zip(times) {
+        measured.seconds = Spread::of(&times);
+        measured.repetitions = times.len();
     }
-    Ok(measurements)
 }
 
 /// Answers the rays of the first photons, compares with the guide's hits, and says what it took.

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use arboleda::{BvhBuild, IndexKind, Level, Options, Resolution, Scene};
+use arboleda::{BvhBuild, IndexKind, Level, Options, Ray, Resolution, Scene};
 use clap::Args;
 
 use crate::owned_index::{kind_by_name, kind_names};
 use crate::scene::{self, Model, UpAxis};
+use crate::select_index;
 
 /// Which scene.
 #[derive(Args, Clone, Debug)]
@@ -90,26 +91,61 @@ impl BuildArguments {
     }
 }
 
+/// How much is measured, where several indices are.
+#[derive(Args, Clone, Debug)]
+pub struct MeasureArguments {
+    /// Photons to each repetition
+    #[arg(long, value_name = "N", default_value_t = 30_000)]
+    pub photons: u64,
+    /// How often the rays are replayed
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub repetitions: usize,
+    /// Another seed gives other photons
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+impl MeasureArguments {
+    /// The command line that measures the same again.
+    pub fn command(&self, name: &str) -> String {
+        format!(
+            "arboleda {name} --photons {} --repetitions {} --seed {}",
+            self.photons, self.repetitions, self.seed
+        )
+    }
+}
+
 /// Which index, or all.
 #[derive(Args, Clone, Debug)]
 pub struct IndexChoice {
-    /// The index: linear, octree, octree-hierarchy, ... or all
-    #[arg(long, value_name = "NAME", default_value = "octree-hierarchy")]
+    /// The index: linear, octree, octree-hierarchy, ... or all; `auto` tries each and chooses by estimated cost
+    #[arg(long, value_name = "NAME", default_value = "auto")]
     index: String,
 }
 
 impl IndexChoice {
-    /// The kinds named.
+    /// The kinds named. The automatic choice is tried on some of the rays to come, or on a sample of the scene's own
+    /// if there are none; it prints why on stderr.
     ///
     /// # Errors
-    /// For an unknown name; lists the known ones.
-    pub fn kinds(&self) -> anyhow::Result<Vec<IndexKind>> {
+    /// For an unknown name; lists the known ones. If the scene cannot be indexed.
+    pub fn kinds(
+        &self,
+        scene: &Scene<'_>,
+        options: &Options,
+        rays: impl FnOnce() -> anyhow::Result<Vec<Ray>>,
+    ) -> anyhow::Result<Vec<IndexKind>> {
         if self.is_all() {
             return Ok(IndexKind::ALL.to_vec());
         }
+        if self.index == "auto" {
+            let selection = select_index(scene, options, &rays()?)?;
+            eprintln!("{selection}");
+            return Ok(vec![selection.kind()]);
+        }
         let kind = kind_by_name(&self.index).with_context(|| {
             let names = kind_names().collect::<Vec<_>>().join(", ");
-            format!("there is no index {:?}; there are {names}, or all", self.index)
+            format!("there is no index {:?}; there are {names}, all and auto", self.index)
         })?;
         Ok(vec![kind])
     }

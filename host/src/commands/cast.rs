@@ -13,6 +13,9 @@ use rayon::prelude::*;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use crate::OwnedIndex;
 
+/// So many of the rays, evenly spread, tell the automatic choice of an index what is asked.
+const SAMPLE_RAYS: usize = 1024;
+
 /// Answer the rays of a `NumPy` file.
 ///
 /// RAYS is float32 of shape (N, 6): origin, direction; or (N, 8): and `t_min`, `t_max` (else 0 and +inf).
@@ -71,7 +74,10 @@ impl Cast {
         report_refused(&rays);
         let model = self.scene.load()?;
         let scene = self.build.scene(&model);
-        let kinds = self.index.kinds()?;
+        let kinds = self.index.kinds(&scene, &self.build.options(), || {
+            let step = rays.len().div_ceil(SAMPLE_RAYS).max(1);
+            Ok(rays.iter().step_by(step).filter_map(|ray| ray.ok()).collect())
+        })?;
         for &kind in &kinds {
             let owned = OwnedIndex::build(kind, &scene, &self.build.options())?;
             let path = if self.index.is_all() {

@@ -6,18 +6,22 @@ use anyhow::{Context, ensure};
 use arboleda::{Block, IndexKind, Options, cluster};
 use clap::Args;
 
+use super::arguments::MeasureArguments;
 use super::compare_peers::{self, PeerArguments};
 use super::output::{bytes, count, duration, say, table};
 use super::separation::{record as record_separation, separation_effort};
 use crate::OwnedIndex;
 use crate::bench::comparison::{self, SceneComparison};
+use crate::bench::levels::{self, LevelCheck};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
-use crate::bench::{counters, growth, levels, separation};
+use crate::bench::{calibration, counters, growth, separation};
 use crate::report::{Canvas, CompareEvidence, compare_page, paint_clusters};
 use crate::scene::{Model, UpAxis, builtin, obj};
 
+/// Photons on which a level is counted and timed: some 6,000 rays, the same for all.
+const LEVEL_PHOTONS: u64 = 3_000;
 /// Pixels of a picture in the page.
 const PICTURE: [u32; 2] = [600, 480];
 
@@ -30,15 +34,8 @@ pub struct Compare {
     /// Only these built-in scenes, separated by commas; `none` for the files alone
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     scenes: Vec<String>,
-    /// Photons to each repetition
-    #[arg(long, value_name = "N", default_value_t = 30_000)]
-    photons: u64,
-    /// How often the rays are replayed
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    repetitions: usize,
-    /// Another seed gives other photons
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    measure: MeasureArguments,
     /// Write the page index.html, compare.csv and pictures to this folder; with it, scenes also grow, clusters move
     /// apart, and automatic levels are checked
     #[arg(long, value_name = "DIR")]
@@ -48,6 +45,12 @@ pub struct Compare {
     counters: bool,
     #[command(flatten)]
     peers: PeerArguments,
+    /// Only check the automatic levels and resolutions against all others
+    #[arg(long, conflicts_with = "out")]
+    levels: bool,
+    /// Only measure what a ray, a node and a test take in each index, and print the table of the automatic selection
+    #[arg(long, conflicts_with_all = ["out", "levels", "photons", "repetitions"])]
+    calibrate: bool,
 }
 
 impl Compare {
@@ -63,25 +66,44 @@ impl Compare {
         if self.peers.peers {
             let models = || self.models(compare_peers::SCENES);
             let folder = self.out.as_deref();
-            return compare_peers::run(&self.peers, models, self.seed, self.repetitions, folder);
+            return compare_peers::run(
+                &self.peers,
+                models,
+                self.measure.seed,
+                self.measure.repetitions,
+                folder,
+            );
         }
         let models = self.models(builtin::names())?;
+        if self.levels {
+            print_checks(&self.check_levels(&models)?);
+            return Ok(());
+        }
+        if self.calibrate {
+            let bar = step_bar(calibration::steps(&models), "calibration");
+            let fits =
+                calibration::run(&models, &calibration::EFFORT, self.measure.seed, &|| bar.inc(1))?;
+            bar.finish_and_clear();
+            say!("{}", calibration::lines(&fits).trim_end());
+            return Ok(());
+        }
         let effort = Effort {
-            photons: self.photons,
-            repetitions: self.repetitions,
-            seconds: 0.3,
+            photons: self.measure.photons,
+            repetitions: self.measure.repetitions,
+            seconds: 0.1,
             share: Share::Own,
         };
-        let mut recorder = Recorder::new(self.seed);
+        let mut recorder = Recorder::new(self.measure.seed);
         let mut scenes = Vec::new();
         for model in &models {
             let bar = step_bar(comparison::steps(), &model.name);
-            let scene = comparison::run(model, &effort, self.seed, &mut || bar.inc(1))?;
+            let scene = comparison::run(model, &effort, self.measure.seed, &mut || bar.inc(1))?;
             bar.finish_and_clear();
             print_scene(&scene);
             recorder.add("compare", &scene.scene, &scene.measured);
             scenes.push(scene);
         }
+        print_selections(&scenes);
         let Some(folder) = &self.out else {
             return Ok(());
         };
@@ -108,6 +130,23 @@ impl Compare {
         Ok(models.into_iter().map(|model| model.with_default_light(UpAxis::Auto)).collect())
     }
 
+    /// The automatic choices of every index against all others.
+    fn check_levels(&self, models: &[Model]) -> anyhow::Result<Vec<LevelCheck>> {
+        let effort = Effort {
+            photons: self.measure.photons.min(LEVEL_PHOTONS),
+            repetitions: self.measure.repetitions,
+            seconds: 0.3,
+            share: Share::Own,
+        };
+        let mut checks = Vec::new();
+        for model in models {
+            let bar = step_bar(levels::steps(), &format!("{}, levels", model.name));
+            checks.extend(levels::run(model, &effort, self.measure.seed, &|| bar.inc(1))?);
+            bar.finish_and_clear();
+        }
+        Ok(checks)
+    }
+
     /// The rest of the studies, and the files.
     fn write(
         &self,
@@ -118,19 +157,14 @@ impl Compare {
         mut recorder: Recorder,
     ) -> anyhow::Result<()> {
         let bar = step_bar(growth::steps(), "growth");
-        let growth = growth::run(effort, self.seed, &mut || bar.inc(1))?;
+        let brief = Effort { seconds: 0.05, ..*effort };
+        let growth = growth::run(&brief, self.measure.seed, &mut || bar.inc(1))?;
         bar.finish_and_clear();
         for row in &growth {
             recorder.add("growth", row.family, &row.measured);
         }
 
-        let bar = step_bar((models.len() * IndexKind::ALL.len()) as u64, "levels");
-        let quick = Effort { photons: self.photons.min(10_000), repetitions: 3, ..*effort };
-        let mut checks = Vec::new();
-        for model in models {
-            checks.extend(levels::run(model, &quick, self.seed, &|| bar.inc(1))?);
-        }
-        bar.finish_and_clear();
+        let checks = self.check_levels(models)?;
         for check in &checks {
             recorder.add("levels", &check.scene, std::slice::from_ref(&check.automatic));
             recorder.add("levels", &check.scene, &check.tried);
@@ -138,8 +172,8 @@ impl Compare {
         print_checks(&checks);
 
         let bar = step_bar(separation::steps(), "separation");
-        let apart = separation_effort(self.photons, self.repetitions);
-        let separation = separation::run(&apart, self.seed, &mut || bar.inc(1))?;
+        let apart = separation_effort(self.measure.photons, self.measure.repetitions);
+        let separation = separation::run(&apart, self.measure.seed, &mut || bar.inc(1))?;
         bar.finish_and_clear();
         record_separation(&mut recorder, &separation);
 
@@ -156,10 +190,7 @@ impl Compare {
             levels: &checks,
             pictures: &pictures,
             provenance: recorder.provenance(),
-            command: &format!(
-                "arboleda compare --photons {} --repetitions {} --seed {}",
-                self.photons, self.repetitions, self.seed
-            ),
+            command: &self.measure.command("compare"),
         };
         let page = folder.join("index.html");
         compare_page(&evidence)?.save(&page)?;
@@ -234,12 +265,49 @@ fn print_scene(scene: &SceneComparison) {
     say!("{lines}");
 }
 
-fn print_checks(checks: &[levels::LevelCheck]) {
+fn print_selections(scenes: &[SceneComparison]) {
+    let mut lines = table(&[
+        "automatic selection",
+        "by a sample",
+        "estimated",
+        "rays/s",
+        "loss",
+        "by photons",
+        "rays/s",
+        "loss",
+        "fastest",
+        "rays/s",
+    ]);
+    for scene in scenes {
+        let rate = |kind| scene.of(kind).map_or(0, |one| one.rays_per_second() as u64);
+        let fastest = scene.fastest().map_or(IndexKind::Linear, |one| one.case.kind);
+        let (by_sample, by_rays) = (&scene.by_sample, &scene.by_rays);
+        lines.add_row([
+            scene.scene.clone(),
+            by_sample.kind().name().to_owned(),
+            format!("{:.2} us", by_sample.cost().nanoseconds / 1e3),
+            count(rate(by_sample.kind())),
+            format!("{:.1}%", scene.loss_percent(by_sample)),
+            by_rays.kind().name().to_owned(),
+            count(rate(by_rays.kind())),
+            format!("{:.1}%", scene.loss_percent(by_rays)),
+            fastest.name().to_owned(),
+            count(rate(fastest)),
+        ]);
+    }
+    say!("{lines}");
+}
+
+fn print_checks(checks: &[LevelCheck]) {
     let mut lines = table(&[
         "automatic choice",
         "level",
+        "nodes",
+        "tests",
         "cost/ray",
         "cheapest",
+        "nodes",
+        "tests",
         "cost/ray",
         "excess",
         "fastest",
@@ -250,8 +318,12 @@ fn print_checks(checks: &[levels::LevelCheck]) {
         lines.add_row([
             format!("{} {}", check.scene, check.automatic.case.kind.name()),
             check.automatic.deepest_level.to_string(),
+            format!("{:.1}", check.automatic.nodes_per_ray()),
+            format!("{:.1}", check.automatic.tests_per_ray()),
             format!("{:.2}", check.automatic.cost_per_ray()),
             cheapest.case.setting.clone(),
+            format!("{:.1}", cheapest.nodes_per_ray()),
+            format!("{:.1}", cheapest.tests_per_ray()),
             format!("{:.2}", cheapest.cost_per_ray()),
             format!("{:.1}%", check.excess_cost()),
             fastest.case.setting.clone(),

@@ -6,7 +6,7 @@ use arboleda::IndexKind;
 use clap::Args;
 
 use super::arguments::BuildArguments;
-use super::inspect::describe;
+use super::inspect::{ALWAYS, describe};
 use super::output::say;
 use super::shoot::{Comparison, check_digests, paint_light, print_rows};
 use crate::OwnedIndex;
@@ -39,7 +39,7 @@ impl Demo {
         let up = UpAxis::Z.vector(&model);
         let (width, height) = (820, 760);
         let mut clusters = Canvas::new(width, height);
-        describe(&model, &self.build, |index, image, cluster_of| {
+        describe(&model, &self.build, &ALWAYS, |index, image, cluster_of| {
             paint_clusters(&mut clusters, index, &model.triangles, image, cluster_of, up);
         })?;
 

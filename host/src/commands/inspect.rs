@@ -7,7 +7,7 @@ use arboleda::memory::Image;
 use arboleda::{Aabb, Block, IndexKind, RayIndex};
 use clap::Args;
 
-use super::arguments::{BuildArguments, SceneArguments};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{bytes, count, duration, say, table};
 use crate::OwnedIndex;
 use crate::report::{Canvas, paint_clusters};
@@ -15,6 +15,8 @@ use crate::scene::Model;
 
 /// Clusters with a row of their own in the table.
 const ROWS: usize = 12;
+/// What is shown beside the index that was chosen: the paper's, and what it is compared with.
+pub const ALWAYS: [IndexKind; 2] = [IndexKind::OctreeHierarchy, IndexKind::Octree];
 
 #[derive(Args)]
 pub struct Inspect {
@@ -22,6 +24,8 @@ pub struct Inspect {
     scene: SceneArguments,
     #[command(flatten)]
     build: BuildArguments,
+    #[command(flatten)]
+    index: IndexChoice,
     /// The picture of the clusters, their boxes and the cluster tree [default: NAME.clusters.png]
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
@@ -42,8 +46,15 @@ impl Inspect {
             None => PathBuf::from(format!("{}.clusters.png", model.name)),
         };
         let up = self.scene.up.vector(&model);
+        let (scene, options) = (self.build.scene(&model), self.build.options());
+        let mut kinds = self.index.kinds(&scene, &options, || Ok(Vec::new()))?;
+        for kind in ALWAYS {
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
         let mut canvas = Canvas::new(self.size[0].max(64), self.size[1].max(64));
-        describe(&model, &self.build, |index, image, cluster_of| {
+        describe(&model, &self.build, &kinds, |index, image, cluster_of| {
             paint_clusters(&mut canvas, index, &model.triangles, image, cluster_of, up);
         })?;
         canvas.save(&path)?;
@@ -52,7 +63,7 @@ impl Inspect {
     }
 }
 
-/// Prints what a scene consists of, and hands the octree hierarchy to `paint` with the cluster of each
+/// Prints what a scene consists of and how large the indices are, and hands the octree hierarchy to `paint` with the cluster of each
 /// triangle.
 ///
 /// # Errors
@@ -60,6 +71,7 @@ impl Inspect {
 pub fn describe(
     model: &Model,
     build: &BuildArguments,
+    kinds: &[IndexKind],
     paint: impl FnOnce(&(dyn RayIndex + Sync), &Image<'_>, &[u32]),
 ) -> anyhow::Result<()> {
     let scene = build.scene(model);
@@ -93,7 +105,7 @@ pub fn describe(
 
     let mut memory =
         table(&["index", "bytes", "B/triangle", "nodes", "leaves", "references", "level", "build"]);
-    for kind in [IndexKind::OctreeHierarchy, IndexKind::Octree] {
+    for &kind in kinds {
         let owned = OwnedIndex::build(kind, &scene, &options)?;
         let index = owned.index();
         let parts = index.check()?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
+use super::arguments::MeasureArguments;
 use super::output::{bytes, count, say, table};
 use super::separation::{record as record_separation, separation_effort};
 use crate::bench::paper_figure3::{self, Figure3};
@@ -18,15 +19,8 @@ use crate::report::{PaperEvidence, paper_page};
 /// Measure the paper's figure 3 and tables 1 to 3 again, and compare
 #[derive(Args)]
 pub struct Paper {
-    /// Photons to each repetition
-    #[arg(long, value_name = "N", default_value_t = 30_000)]
-    photons: u64,
-    /// How often the rays are replayed
-    #[arg(long, value_name = "N", default_value_t = 5)]
-    repetitions: usize,
-    /// Another seed gives other photons
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    measure: MeasureArguments,
     /// Write the page index.html and paper.csv to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -39,18 +33,18 @@ impl Paper {
     /// If two indices do not agree, or a file cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
         let effort = Effort {
-            photons: self.photons,
-            repetitions: self.repetitions,
+            photons: self.measure.photons,
+            repetitions: self.measure.repetitions,
             seconds: 0.15,
             share: Share::Common,
         };
         let own = Effort { share: Share::Own, ..effort };
         let steps = paper_figure3::steps() + PUBLISHED.len() as u64 * paper_tables::steps();
         let bar = step_bar(steps, "paper");
-        let figure3 = paper_figure3::run(&own, self.seed, &mut || bar.inc(1))?;
+        let figure3 = paper_figure3::run(&own, self.measure.seed, &mut || bar.inc(1))?;
         let mut tables = Vec::new();
         for published in PUBLISHED {
-            tables.push(paper_tables::run(published, &effort, self.seed, &|| bar.inc(1))?);
+            tables.push(paper_tables::run(published, &effort, self.measure.seed, &|| bar.inc(1))?);
         }
         bar.finish_and_clear();
         print_figure3(&figure3);
@@ -68,11 +62,11 @@ impl Paper {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         let bar = step_bar(separation::steps(), "separation");
-        let effort = separation_effort(self.photons.min(30_000), self.repetitions);
-        let apart = separation::run(&effort, self.seed, &mut || bar.inc(1))?;
+        let effort = separation_effort(self.measure.photons.min(30_000), self.measure.repetitions);
+        let apart = separation::run(&effort, self.measure.seed, &mut || bar.inc(1))?;
         bar.finish_and_clear();
 
-        let mut recorder = Recorder::new(self.seed);
+        let mut recorder = Recorder::new(self.measure.seed);
         recorder.add("figure 3", "fig3", &figure3.hierarchy);
         recorder.add("figure 3", "fig3", &figure3.single);
         for table in tables {
@@ -87,10 +81,7 @@ impl Paper {
             tables,
             separation: &apart,
             provenance: recorder.provenance(),
-            command: &format!(
-                "arboleda paper --photons {} --repetitions {} --seed {}",
-                self.photons, self.repetitions, self.seed
-            ),
+            command: &self.measure.command("paper"),
         };
         let page = folder.join("index.html");
         paper_page(&evidence).save(&page)?;

@@ -9,12 +9,15 @@ use clap::Args;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{bytes, count, duration, photon_bar, say, table};
 use crate::OwnedIndex;
+use crate::bench::rays::RaySet;
 use crate::photon::{Counting, Digest, ShootOptions, Shot, shoot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::{AreaLight, Model};
 
 /// With `--index all`, the linear scan answers so many photons only, and the others as many again.
 pub const LINEAR_PHOTONS: u64 = 256;
+/// The first photons, on whose rays the automatic choice of an index is tried.
+const SAMPLE_PHOTONS: u64 = 512;
 
 #[derive(Args)]
 pub struct Shoot {
@@ -65,7 +68,6 @@ impl Shoot {
     /// # Errors
     /// If the scene cannot be loaded, or two indices do not agree.
     pub fn run(&self) -> anyhow::Result<()> {
-        let kinds = self.index.kinds()?;
         let mut model = self.scene.load()?;
         if !self.light.is_empty() {
             model.lights.clone_from(&self.light);
@@ -84,6 +86,11 @@ impl Shoot {
             counting: if self.counters { Counting::On } else { Counting::Off },
             ..ShootOptions::default()
         };
+        let kinds = self.index.kinds(&self.build.scene(&model), &self.build.options(), || {
+            let rays = RaySet::shoot(&model, SAMPLE_PHOTONS.min(self.photons), self.seed);
+            // Without light there are no rays, and nothing to choose by but the scene.
+            Ok(rays.map_or_else(|_| Vec::new(), |rays| rays.of_first(SAMPLE_PHOTONS).to_vec()))
+        })?;
         let comparison = Comparison { model: &model, build: &self.build, options };
         let rows = comparison.run(&kinds)?;
         check_digests(&rows)?;

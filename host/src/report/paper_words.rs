@@ -73,11 +73,25 @@ pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
             first.pointer_grid.tests_per_ray(),
         ));
     }
-    points.push(
-        "At level 1 an octree of ours is so small that the grid of its size has only a few cells in all; with the \
-         memory of pointers it has more, and wins or loses less, as in the paper. So the crossover is a matter of what \
-         a node weighs."
-            .to_owned(),
-    );
+    points.push(first_level(tables));
     points
+}
+
+/// Who wins at the lowest level, by how much, and what that comes from.
+fn first_level(tables: &[SceneTable]) -> String {
+    let gains = |gain: fn(&LevelRow) -> f64| {
+        let rows = tables.iter().filter_map(|table| Some((table, table.rows.first()?)));
+        let each: Vec<String> = rows
+            .map(|(table, row)| format!("{} {:+.0}%", table.published.label, gain(row)))
+            .collect();
+        each.join(", ")
+    };
+    let level = tables.iter().find_map(|table| table.rows.first()).map_or(1, |row| row.level);
+    format!(
+        "At level {level} an octree of ours is so small that the grid of its size has only a few cells in all. The gain \
+         of the octrees there: {}. Grids with the memory of pointers have more cells, and the gain of the octrees is: {}. \
+         Where the second is below the first, the crossover moves with what a node weighs.",
+        gains(LevelRow::gain),
+        gains(LevelRow::pointer_gain),
+    )
 }

@@ -1,0 +1,254 @@
+//! Which index for this scene: each candidate is built, tried on some rays, and weighed.
+//!
+//! ```text
+//! candidate -> build in the arena -> too large: left out
+//!                                -> rays, counted -> ray + nodes * node + tests * test -> the least wins
+//! ```
+//! The level and the resolution are found by the candidates themselves, unless the options give them. The
+//! counters are the same everywhere, so is the choice.
+
+use core::fmt;
+
+use super::sample;
+use super::weights::Weights;
+use crate::geometry::{Aabb, RaySpan};
+use crate::query::Counters;
+use crate::{BuildError, IndexKind, Options, Ray, RayIndex, Scene};
+
+/// How many kinds there are to choose from.
+const KINDS: usize = IndexKind::ALL.len();
+
+/// Candidates worth building: on every scene tried, one of them was the fastest of all. The others take as long to
+/// build as all of these, and were never within a factor of 1.5; the octree hierarchy is here for its size.
+pub const USUAL: &[IndexKind] = &[
+    IndexKind::Linear,
+    IndexKind::OctreeHierarchy,
+    IndexKind::GridHierarchy,
+    IndexKind::KdTree,
+    IndexKind::Bvh,
+    IndexKind::BvhHierarchy,
+    IndexKind::WideOctree,
+    IndexKind::WideOctreeHierarchy,
+];
+
+/// What costs at most so many times the least is as good: the weights are no more exact.
+const AS_GOOD: f64 = 1.03;
+
+/// What is expected of one candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expectation {
+    /// It fits, and so much a ray.
+    Fits(Cost),
+    /// It was left out, because it cannot be built in the memory given or at all.
+    LeftOut(BuildError),
+}
+
+/// The cost of a ray, on the average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// As [`Weights`] weigh the counters.
+    pub nanoseconds: f64,
+    /// Nodes visited.
+    pub nodes: f64,
+    /// Triangles tested.
+    pub tests: f64,
+    /// The bytes of the index.
+    pub bytes: usize,
+}
+
+/// One candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// Which index.
+    pub kind: IndexKind,
+    /// What is expected of it.
+    pub expectation: Expectation,
+}
+
+/// What [`select`] chose, and why: printed, it is a sentence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    chosen: IndexKind,
+    cost: Cost,
+    candidates: heapless::Vec<Candidate, KINDS>,
+}
+
+impl Selection {
+    /// The cheapest that fits; of those within 3% of it, the smallest, and then the first of the candidates.
+    pub fn kind(&self) -> IndexKind {
+        self.chosen
+    }
+
+    /// What is expected of it.
+    pub fn cost(&self) -> Cost {
+        self.cost
+    }
+
+    /// All candidates in their order.
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+}
+
+/// Chooses an index for a scene: builds each candidate in the arena, answers `rays` with it, and weighs what that
+/// took.
+///
+/// Without rays, the scene's own sample is taken: 1,024 rays, half of them from outside, half from triangles.
+/// [`IndexKind::Linear`] is not asked, since what it takes is known. A candidate named twice counts once. The
+/// arena's contents are undefined afterwards; build the chosen kind in it with the same options.
+///
+/// Cost: all builds, and a few thousand queries.
+///
+/// # Errors
+/// If no candidate can be built, the first one's reason, or of those that say how much is missing the least;
+/// [`BuildError::InvalidOption`] without candidates.
+///
+/// # Examples
+/// ```
+/// use arboleda::auto::{self, select};
+/// use arboleda::{Block, IndexKind, Options, Scene, Triangle, Vec3};
+///
+/// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+/// let (scene, options) = (Scene::new(&triangles), Options::default());
+/// let (mut arena, mut scratch) = ([Block::ZERO; 64], [Block::ZERO; 64]);
+/// let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+/// let selection = select(&scene, &options, auto::USUAL, &[], arena, scratch)?;
+/// assert_eq!(selection.kind(), IndexKind::Linear);
+/// let index = selection.kind().build(&scene, &options, arena, scratch)?;
+/// # Ok::<(), arboleda::BuildError>(())
+/// ```
+pub fn select(
+    scene: &Scene<'_>,
+    options: &Options,
+    candidates: &[IndexKind],
+    rays: &[Ray],
+    arena: &mut [u8],
+    scratch: &mut [u8],
+) -> Result<Selection, BuildError> {
+    let mut estimates = heapless::Vec::new();
+    let mut least = f64::INFINITY;
+    for &kind in candidates {
+        if estimates.iter().any(|known: &Candidate| known.kind == kind) {
+            continue;
+        }
+        let expectation = match expect(kind, scene, options, rays, arena, scratch) {
+            Ok(cost) => {
+                least = if cost.nanoseconds < least { cost.nanoseconds } else { least };
+                Expectation::Fits(cost)
+            }
+            Err(error) => Expectation::LeftOut(error),
+        };
+        let pushed = estimates.push(Candidate { kind, expectation }).is_ok();
+        debug_assert!(pushed, "each kind comes once");
+    }
+    let mut best: Option<(IndexKind, Cost)> = None;
+    for Candidate { kind, expectation } in &estimates {
+        if let Expectation::Fits(cost) = *expectation
+            && cost.nanoseconds <= least * AS_GOOD
+            && best.is_none_or(|(_, smallest)| cost.bytes < smallest.bytes)
+        {
+            best = Some((*kind, cost));
+        }
+    }
+    match best {
+        Some((chosen, cost)) => Ok(Selection { chosen, cost, candidates: estimates }),
+        None => Err(least_missing(&estimates)),
+    }
+}
+
+fn least_missing(estimates: &[Candidate]) -> BuildError {
+    let mut errors = estimates.iter().filter_map(|estimate| match estimate.expectation {
+        Expectation::LeftOut(error) => Some(error),
+        Expectation::Fits(_) => None,
+    });
+    let none = BuildError::InvalidOption { option: "candidates", allowed: "at least one" };
+    let Some(first) = errors.next() else {
+        return none;
+    };
+    errors.fold(first, |least, error| match (least, error) {
+        (BuildError::ArenaFull { needed, .. }, BuildError::ArenaFull { needed: other, .. })
+            if other < needed =>
+        {
+            error
+        }
+        _ => least,
+    })
+}
+
+fn expect(
+    kind: IndexKind,
+    scene: &Scene<'_>,
+    options: &Options,
+    rays: &[Ray],
+    arena: &mut [u8],
+    scratch: &mut [u8],
+) -> Result<Cost, BuildError> {
+    let index = kind.build(scene, options, arena, scratch)?;
+    let mut counters = Counters::default();
+    let mut count = 0_u64;
+    let linear = kind == IndexKind::Linear;
+    let bounds = scene.triangles().iter().fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
+    let mut ask = |ray: &Ray| {
+        count += 1;
+        if !linear {
+            index.closest_hit_counted(ray, &mut counters);
+            return;
+        }
+        let span = RaySpan::new(ray);
+        if !bounds.is_empty() && !span.clip(&bounds, span.whole()).is_empty() {
+            counters.nodes_visited += 1;
+            counters.triangle_tests += scene.triangles().len() as u64;
+        }
+    };
+    if rays.is_empty() {
+        sample::for_each_ray(scene, &mut ask);
+    } else {
+        rays.iter().for_each(&mut ask);
+    }
+    // An empty scene has no rays of its own.
+    let per_ray = 1.0 / if count > 0 { count as f64 } else { 1.0 };
+    Ok(Cost {
+        nanoseconds: Weights::of(kind).nanoseconds(count, &counters) * per_ray,
+        nodes: counters.nodes_visited as f64 * per_ray,
+        tests: counters.triangle_tests as f64 * per_ray,
+        bytes: index.as_bytes().len(),
+    })
+}
+
+impl fmt::Display for Selection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Cost { nanoseconds, nodes, tests, .. } = self.cost;
+        write!(
+            f,
+            "{}: {:.2} us a ray estimated ({nodes:.1} nodes, {tests:.1} tests)",
+            self.chosen.name(),
+            nanoseconds / 1e3
+        )?;
+        let mut next: Option<(IndexKind, f64)> = None;
+        for candidate in &self.candidates {
+            match candidate.expectation {
+                Expectation::Fits(cost)
+                    if candidate.kind != self.chosen
+                        && next.is_none_or(|(_, least)| cost.nanoseconds < least) =>
+                {
+                    next = Some((candidate.kind, cost.nanoseconds));
+                }
+                _ => {}
+            }
+        }
+        if let Some((kind, other)) = next {
+            write!(f, "; next: {}, ", kind.name())?;
+            if nanoseconds > 0.0 {
+                write!(f, "{:.2} times as much", other / nanoseconds)?;
+            } else {
+                f.write_str("as much")?;
+            }
+        }
+        for candidate in &self.candidates {
+            if let Expectation::LeftOut(error) = candidate.expectation {
+                write!(f, "; {} left out: {error}", candidate.kind.name())?;
+            }
+        }
+        Ok(())
+    }
+}

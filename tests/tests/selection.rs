@@ -1,0 +1,168 @@
+//! The automatic selection of an index: what it chooses, that memory limits it, and that it is the same everywhere.
+
+use arboleda::auto::{Expectation, Selection, select};
+use arboleda::{Block, BuildError, IndexKind, Options, RayIndex, Scene, Triangle, Vec3};
+use arboleda_tests::build::Built;
+use arboleda_tests::{rays, scenes};
+
+const ROOM: usize = 4 << 20;
+
+fn scratch_for(triangles: &[Triangle]) -> Vec<Block> {
+    let options = Options::default();
+    let bytes = IndexKind::ALL.iter().map(|k| k.scratch_capacity(triangles.len(), &options)).max();
+    vec![Block::ZERO; Block::count(bytes.unwrap_or(0))]
+}
+
+fn select_within(
+    arena_bytes: usize,
+    triangles: &[Triangle],
+    candidates: &[IndexKind],
+    rays: &[arboleda::Ray],
+) -> Result<Selection, BuildError> {
+    let mut arena = vec![Block::ZERO; Block::count(arena_bytes)];
+    let mut scratch = scratch_for(triangles);
+    select(
+        &Scene::new(triangles),
+        &Options::default(),
+        candidates,
+        rays,
+        &mut Block::bytes(&mut arena)[..arena_bytes],
+        Block::bytes(&mut scratch),
+    )
+}
+
+/// Two spheres, far apart.
+fn two_spheres() -> Vec<Triangle> {
+    let mut triangles = scenes::icosphere(3);
+    triangles.extend(scenes::moved(&scenes::icosphere(3), 2.0, Vec3::new(300.0, 4.0, -1.0)));
+    triangles
+}
+
+#[test]
+fn a_few_triangles_need_no_tree() {
+    let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    let selection = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap();
+    assert_eq!(selection.kind(), IndexKind::Linear);
+}
+
+#[test]
+fn thousands_of_triangles_do() {
+    let triangles = two_spheres();
+    let selection = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap();
+    assert_ne!(selection.kind(), IndexKind::Linear);
+    assert_eq!(selection.candidates().len(), IndexKind::ALL.len());
+    // The chosen one is the cheapest, or as good.
+    for candidate in selection.candidates() {
+        if let Expectation::Fits(cost) = candidate.expectation {
+            assert!(
+                cost.nanoseconds * 1.03 >= selection.cost().nanoseconds,
+                "{}",
+                candidate.kind.name()
+            );
+        }
+    }
+}
+
+/// The linear scan is not asked; its counters are those it would have had.
+#[test]
+fn the_linear_scan_is_reckoned_exactly() {
+    let triangles = two_spheres();
+    let asked = rays::around(&triangles, 200, 1);
+    let selection = select_within(ROOM, &triangles, &[IndexKind::Linear], &asked).unwrap();
+    let built = Built::new(IndexKind::Linear, &Scene::new(&triangles), &Options::default());
+    let built = built.unwrap();
+    let mut counters = arboleda::Counters::default();
+    for ray in &asked {
+        built.index().closest_hit_counted(ray, &mut counters);
+    }
+    let rays = asked.len() as f64;
+    assert_eq!((selection.cost().nodes * rays).round(), counters.nodes_visited as f64);
+    assert_eq!((selection.cost().tests * rays).round(), counters.triangle_tests as f64);
+}
+
+#[test]
+fn the_choice_is_the_same_each_time_and_everywhere() {
+    let triangles = two_spheres();
+    let first = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap();
+    assert_eq!(Ok(&first), select_within(ROOM, &triangles, IndexKind::ALL, &[]).as_ref());
+    // Golden, from x86_64: the sample of rays and what they take in an index whose shape does not change often.
+    let bvh = select_within(ROOM, &triangles, &[IndexKind::Bvh, IndexKind::Bvh], &[]).unwrap();
+    assert_eq!(bvh.candidates().len(), 1);
+    assert_eq!((bvh.cost().nodes, bvh.cost().tests), (13.198_242_187_5, 4.630_859_375));
+}
+
+#[test]
+fn what_does_not_fit_is_left_out_with_the_reason() {
+    let triangles = two_spheres();
+    let all = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap();
+    let sizes: Vec<usize> = all
+        .candidates()
+        .iter()
+        .filter_map(|candidate| match candidate.expectation {
+            Expectation::Fits(cost) => Some(cost.bytes),
+            Expectation::LeftOut(_) => None,
+        })
+        .collect();
+    assert_eq!(sizes.len(), IndexKind::ALL.len());
+
+    // 1. Too small for the one that was best.
+    let tight = all.cost().bytes - 1;
+    let other = select_within(tight, &triangles, IndexKind::ALL, &[]).unwrap();
+    assert_ne!(other.kind(), all.kind());
+    assert!(other.cost().bytes <= tight);
+    let left_out = format!("{} left out: the index needs", all.kind().name());
+    assert!(other.to_string().contains(&left_out), "{other}");
+
+    // 2. Exactly large enough for the smallest, and one byte less.
+    let least = sizes.iter().copied().min().unwrap();
+    let smallest = select_within(least, &triangles, IndexKind::ALL, &[]).unwrap();
+    assert_eq!(smallest.cost().bytes, least);
+    assert_eq!(
+        select_within(least - 1, &triangles, IndexKind::ALL, &[]),
+        Err(BuildError::ArenaFull { needed: least, given: least - 1 })
+    );
+}
+
+#[test]
+fn nothing_to_index_and_nothing_to_choose_from() {
+    let empty = select_within(ROOM, &[], IndexKind::ALL, &[]).unwrap();
+    assert_eq!(empty.cost().tests, 0.0);
+    assert!(!empty.to_string().is_empty());
+    assert!(matches!(
+        select_within(ROOM, &two_spheres(), &[], &[]),
+        Err(BuildError::InvalidOption { option: "candidates", .. })
+    ));
+}
+
+/// Scenes from which the sample cannot make all of its rays.
+#[test]
+fn extreme_scenes_are_no_trouble() {
+    let far = f32::MAX;
+    let huge = Triangle::new(Vec3::splat(-far), Vec3::splat(far), Vec3::new(far, -far, 0.0));
+    let tiny = Triangle::new(Vec3::ZERO, Vec3::X * 1e-45, Vec3::Y * 1e-45);
+    let point = Triangle::new(Vec3::ONE, Vec3::ONE, Vec3::ONE);
+    for triangles in [&[huge][..], &[tiny], &[point], &[huge, tiny, point], &[point; 40]] {
+        let selection = select_within(ROOM, triangles, IndexKind::ALL, &[]).unwrap();
+        assert!(selection.cost().nanoseconds.is_finite());
+    }
+    let nan = [Triangle::new(Vec3::NAN, Vec3::X, Vec3::Y)];
+    let error = select_within(ROOM, &nan, IndexKind::ALL, &[]).unwrap_err();
+    assert_eq!(error, BuildError::NonFiniteVertex { triangle: 0 });
+}
+
+#[test]
+fn the_reason_has_the_numbers() {
+    let triangles = two_spheres();
+    let selection = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap();
+    let (text, cost) = (selection.to_string(), selection.cost());
+    assert!(text.starts_with(selection.kind().name()), "{text}");
+    for part in [
+        format!("{:.1} nodes", cost.nodes),
+        format!("{:.1} tests", cost.tests),
+        format!("{:.2} us", cost.nanoseconds / 1e3),
+        "next: ".to_owned(),
+        "times as much".to_owned(),
+    ] {
+        assert!(text.contains(&part), "{text} lacks {part}");
+    }
+}
