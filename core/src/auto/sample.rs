@@ -11,7 +11,7 @@
 use crate::geometry::{Aabb, Ray, Triangle};
 use crate::{Scene, Vec3};
 
-/// Rays of a sample: on 1,000 the estimates of fast indices differ by 2% at most from those on 100,000.
+/// Rays of a sample: a few milliseconds, little beside the builds.
 const COUNT: u32 = 1024;
 /// A bounce begins this share of the box's diagonal above the triangle.
 const ABOVE: f32 = 1e-5;

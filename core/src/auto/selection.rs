@@ -18,8 +18,8 @@ use crate::{BuildError, IndexKind, Options, Ray, RayIndex, Scene};
 /// How many kinds there are to choose from.
 const KINDS: usize = IndexKind::ALL.len();
 
-/// Candidates worth building: on every scene tried, one of them was the fastest of all. The others take as long to
-/// build as all of these, and were never within a factor of 1.5; the octree hierarchy is here for its size.
+/// Candidates worth building: on every built-in scene, one of them was the fastest of all, and no other was within a
+/// factor of 1.5 of it. The octree hierarchy is here for its size.
 pub const USUAL: &[IndexKind] = &[
     IndexKind::Linear,
     IndexKind::OctreeHierarchy,

@@ -214,7 +214,7 @@ mod tests {
     const MOST_EXCESS: f64 = 5.0;
     /// On the lattice of figure 3, grids whose cells just hold a cube have few references, and the model, to which
     /// all cells are alike, takes them: but rays end in cells that hold something, and there all 12 triangles are
-    /// tested. By time it is 4 to 20%, because a cell costs more than a test.
+    /// tested. By time it is 2 to 34%, because a cell costs more than a test.
     const LATTICE: (&str, &str, f64) = ("fig3", "grid", 65.0);
 
     /// On the larger scenes `compare --levels` says the same, in some minutes.

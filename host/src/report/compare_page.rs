@@ -144,8 +144,8 @@ fn selection_section(page: &mut Page, scenes: &[SceneComparison]) {
     page.paragraph(
         "Each index is built, tried on some rays and weighed by what a ray, a node and a test of it were once \
          measured to take; the cheapest is chosen. The rays are a sample that the core makes of the scene's \
-         triangles, or those of the first photons. Loss: how many rays per second fewer than the fastest of all, in \
-         percent of the fastest.",
+         triangles, or those of the first photons. Gain: below 0 by how many rays per second \
+         fewer than the fastest of all it answers, in percent of the fastest.",
     );
     let rows: Vec<Vec<String>> = scenes
         .iter()
@@ -174,10 +174,10 @@ fn selection_section(page: &mut Page, scenes: &[SceneComparison]) {
             "scene",
             "by a sample",
             "rays/s",
-            "loss",
+            "gain",
             "by photons",
             "rays/s",
-            "loss",
+            "gain",
             "fastest",
             "rays/s",
         ],
@@ -240,8 +240,8 @@ fn levels_section(page: &mut Page, levels: &[LevelCheck]) {
     page.heading("How good the automatic choices are");
     page.paragraph(
         "Levels from 0 to 12 and 18 densities of cells were tried, until one cost 1.5 times the cheapest before it; the \
-         four cheapest were timed. Cost: nodes and tests a ray, weighted by the index's cost model. Excess: how much \
-         more the automatic choice costs than the best of all, in percent of the best; for times by the fastest \
+         four cheapest were timed. Cost: nodes and tests a ray, weighted by the index's cost model. Gain: below 0 where the automatic \
+         choice costs more than the best of all, in percent of the best; for times by the fastest \
          repetitions. With a level given, leaves hold up to 12 triangles; automatic kd-trees divide as long as it pays, \
          and may cost less than any level.",
     );
@@ -271,8 +271,8 @@ fn levels_section(page: &mut Page, levels: &[LevelCheck]) {
     page.table(
         "Automatic, best by counters, best by time; the best are given as level or cells per triangle",
         &[
-            "scene, index", "level", "cost/ray", "bytes", "cheapest", "cost/ray", "bytes", "excess cost",
-            "fastest", "bytes", "excess time",
+            "scene, index", "level", "cost/ray", "bytes", "cheapest", "cost/ray", "bytes", "gain, cost",
+            "fastest", "bytes", "gain, time",
         ],
         &rows,
     );

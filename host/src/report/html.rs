@@ -152,5 +152,6 @@ impl Page {
 
 /// A gain or a loss with its sign: what [`Page::table`] colours.
 pub fn signed_percent(value: f64) -> String {
-    format!("{value:+.1}%")
+    // What rounds to nothing has no sign, and no colour.
+    if value.abs() < 0.05 { "0.0%".to_owned() } else { format!("{value:+.1}%") }
 }
