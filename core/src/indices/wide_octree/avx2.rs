@@ -15,7 +15,7 @@ use core::arch::x86_64::{
 };
 use core::ops::ControlFlow;
 
-use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW};
+use super::lanes::{DISTANCE, EARLIER, FAR, LATER, LaneRay, Lanes, SUM, UNDERFLOW};
 use super::walk::{walk_each_in_lanes, walk_in_lanes};
 use super::{Head, LANES, Leaf, Node, Row};
 use crate::query::Query;
@@ -97,19 +97,22 @@ fn load(row: &Row) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-    let mut entry = _mm256_set1_ps(ray.t_min);
-    let mut exit = _mm256_set1_ps(last);
+    let mut entry = _mm256_set1_ps(0.0);
+    let mut exit = _mm256_set1_ps(f32::INFINITY);
     for axis in 0..3 {
         let sign = ray.signs[axis] as usize & 1;
         let near = load(&node[2 * axis + sign]);
         let far = load(&node[2 * axis + (1 - sign)]);
         let origin = _mm256_set1_ps(ray.origin[axis]);
-        let t = _mm256_mul_ps(_mm256_sub_ps(near, origin), _mm256_set1_ps(ray.entry_inverse[axis]));
+        let inverse = _mm256_set1_ps(ray.inverse[axis]);
         // Of a NaN and a number, these return the second operand.
-        entry = _mm256_max_ps(t, entry);
-        let t = _mm256_mul_ps(_mm256_sub_ps(far, origin), _mm256_set1_ps(ray.exit_inverse[axis]));
-        exit = _mm256_min_ps(t, exit);
+        entry = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(near, origin), inverse), entry);
+        exit = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(far, origin), inverse), exit);
     }
+    let entry = _mm256_mul_ps(entry, _mm256_set1_ps(EARLIER));
+    let entry = _mm256_max_ps(entry, _mm256_set1_ps(ray.t_min));
+    let exit = _mm256_mul_ps(exit, _mm256_set1_ps(LATER));
+    let exit = _mm256_min_ps(exit, _mm256_set1_ps(last));
     let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
     // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
     let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);

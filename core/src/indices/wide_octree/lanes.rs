@@ -9,13 +9,13 @@
 //! `6 * 2^29 * 2^29 * 2^40 < 2^101`.
 //!
 //! # Boxes
-//! With `u = 2^-24`: `(plane - o) * inverse` has three roundings, counting that of the inverse, so it is
-//! off by less than `(1 + u)^3`, and by 2^-149 where it underflows. The inverse is scaled by
-//! `1 - 2^-21` for planes where the ray enters and by `1 + 2^-21` where it leaves, so a positive entry
-//! is never late and a positive exit never early; 2^-120 is added to the exit for the underflows and for
-//! hits that round up to 0. A negative entry counts as `from`, a negative exit means that the box lies
-//! behind. A hit that rounds to `t_min` or to the last `t` lies within half an ulp of it, which the
-//! factors cover too. A ray in a plane gives 0 * inf = NaN, which the comparisons ignore.
+//! With `u = 2^-24`: `(plane - o) * inverse` has three roundings, counting that of the inverse, and scaling
+//! adds a fourth, so it is off by less than `(1 + u)^4`, and by 2^-149 where it underflows. The latest
+//! entry is scaled by `1 - 2^-21` and the earliest exit by `1 + 2^-21`, so a positive entry is never late
+//! and a positive exit never early; 2^-120 is added to the exit for the underflows and for hits that round
+//! up to 0. A negative entry counts as `t_min`, a negative exit means that the box lies behind. A hit that
+//! rounds to `t_min` or to the last `t` lies within half an ulp of it, which the factors cover too. A ray
+//! in a plane gives 0 * inf = NaN, which the comparisons ignore.
 //!
 //! # Triangles
 //! The `f32` filter of `geometry::kernel`, with the same bounds; and, where `t` times `det` is surely
@@ -34,8 +34,7 @@ use crate::geometry::Ray;
 pub(super) struct LaneRay {
     pub origin: [f32; 3],
     pub direction: [f32; 3],
-    pub entry_inverse: [f32; 3],
-    pub exit_inverse: [f32; 3],
+    pub inverse: [f32; 3],
     /// 1 where the direction is negative: the ray enters a box where it ends.
     pub signs: [u32; 3],
     /// The largest component of the direction.
@@ -47,8 +46,8 @@ pub(super) struct LaneRay {
 
 const MOST_COORDINATE: f32 = 268_435_456.0; // 2^28
 /// How much later or earlier than computed a plane may be crossed, relatively.
-const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
-const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
+pub(super) const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
+pub(super) const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
 const LEAST_DIRECTION: f32 = 9.094_947e-13; // 2^-40
 const MOST_DIRECTION: f32 = 1.099_511_6e12; // 2^40
 pub(super) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
@@ -95,8 +94,7 @@ impl LaneRay {
         Some(Self {
             origin: origin.to_array(),
             direction: direction.to_array(),
-            entry_inverse: (inverse * EARLIER).to_array(),
-            exit_inverse: (inverse * LATER).to_array(),
+            inverse: inverse.to_array(),
             signs: [negative & 1, negative >> 1 & 1, negative >> 2 & 1],
             reach,
             underflow: UNDERFLOW * larger(reach, 1.0),
@@ -142,22 +140,24 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys {
-        let mut entry = [ray.t_min; LANES];
-        let mut exit = [last; LANES];
+        let mut entry = [0.0; LANES];
+        let mut exit = [f32::INFINITY; LANES];
         for axis in 0..3 {
             let sign = ray.signs[axis] as usize & 1;
             let (near, far) = (&node[2 * axis + sign], &node[2 * axis + (1 - sign)]);
             let o = ray.origin[axis];
-            let (entry_inverse, exit_inverse) = (ray.entry_inverse[axis], ray.exit_inverse[axis]);
+            let inverse = ray.inverse[axis];
             for lane in 0..LANES {
-                entry[lane] = larger((f32::from_bits(near[lane]) - o) * entry_inverse, entry[lane]);
-                exit[lane] = smaller((f32::from_bits(far[lane]) - o) * exit_inverse, exit[lane]);
+                entry[lane] = larger((f32::from_bits(near[lane]) - o) * inverse, entry[lane]);
+                exit[lane] = smaller((f32::from_bits(far[lane]) - o) * inverse, exit[lane]);
             }
         }
         let mut keys = [FAR; LANES];
         for lane in 0..LANES {
-            if entry[lane] <= exit[lane] + UNDERFLOW {
-                keys[lane] = key(entry[lane]);
+            let entry = larger(entry[lane] * EARLIER, ray.t_min);
+            let exit = smaller(exit[lane] * LATER, last) + UNDERFLOW;
+            if entry <= exit {
+                keys[lane] = key(entry);
             }
         }
         keys
