@@ -62,20 +62,20 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
         )
     );
     for start in [
-        "fig2,bvh,single,",
+        "fig2,arboleda-bvh,single,",
         "fig2,octree,batch,",
-        "mesh-300,bvh,occluded,300,",
+        "mesh-300,arboleda-bvh,occluded,300,",
         "mesh-300,obvhs,single,300,",
         "mesh-300,parry3d,occluded,300,",
-        "mesh-300,bvh-crate,single,300,",
-        "mesh-1000,bvh,batch,",
-        "city-1000,bvh,single,",
+        "mesh-300,bvh,single,300,",
+        "mesh-1000,arboleda-bvh,batch,",
+        "city-1000,arboleda-bvh,single,",
     ] {
         assert_eq!(rows.lines().filter(|line| line.starts_with(start)).count(), 1, "{start}");
     }
     assert!(!rows.contains("embree"));
     // Leaks are counted where a mesh is closed, and ours has none; wrong answers neither.
-    let ours = |line: &&str| [",bvh,", ",octree,"].iter().any(|name| line.contains(name));
+    let ours = |line: &&str| [",arboleda-bvh,", ",octree,"].iter().any(|name| line.contains(name));
     for line in lines.filter(ours) {
         let end = if line.starts_with("mesh-300,") { ",0,0" } else { ",0," };
         assert!(line.ends_with(end), "{line}");
@@ -84,7 +84,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
     // 3. The page: every goal, every scene.
     let page = std::fs::read_to_string(folder.join("peers.md")).unwrap();
     for start in [
-        "## `bvh` against the others",
+        "## `arboleda-bvh` against the others",
         "|  | fig2 | mesh-300 |",
         "| closest hit, batch / fastest Embree |",
         "| closest hit, single / fastest Embree, single |",
@@ -100,7 +100,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
         "### fig2, ",
         "### mesh-300, 300 triangles",
         "## Growth",
-        "| city-1000 | bvh |",
+        "| city-1000 | arboleda-bvh |",
         "## Absent",
         "- without embree4-medium, ",
     ] {

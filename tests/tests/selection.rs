@@ -41,8 +41,9 @@ fn two_spheres() -> Vec<Triangle> {
 #[test]
 fn a_few_triangles_need_no_tree() {
     let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
-    let selection = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap();
-    assert_eq!(selection.kind(), IndexKind::Linear);
+    let kind = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap().kind();
+    let built = Built::new(kind, &Scene::new(&triangles), &Options::default()).unwrap();
+    assert_eq!(built.index().check().unwrap().inner_nodes, 0, "{}", kind.name());
 }
 
 #[test]

@@ -16,26 +16,27 @@ pub struct Weights {
 
 /// One line for each index, as `cargo run --release -p arboleda-host -- compare --calibrate` prints them: least
 /// squares of the relative errors over the built-in scenes in several settings, for a simple index and its
-/// hierarchy together, and behind each line how far the measured times lie from it. Renew all lines together, on one quiet machine.
+/// hierarchy together, and behind each line how far the measured times lie from it. Renew all lines together,
+/// on one quiet machine.
 ///
-/// AMD EPYC (Zen 5), with AVX2, rustc 1.95, on a busy machine. By hand: the linear scan's one node is that of a
+/// AMD EPYC, with AVX2, rustc 1.95. By hand: the linear scan's one node is that of a
 /// kd-tree, because over thousands of tests it cannot be measured.
 const TABLE: &[(IndexKind, Weights)] = &[
-    (IndexKind::Linear, Weights { ray: 39.4, node: 30.6, test: 18.9 }), // +-10%
-    (IndexKind::Octree, Weights { ray: 42.0, node: 57.7, test: 29.0 }), // +-15%
-    (IndexKind::OctreeHierarchy, Weights { ray: 42.0, node: 57.7, test: 29.0 }), // +-15%
-    (IndexKind::OctreeR, Weights { ray: 43.2, node: 43.5, test: 33.4 }), // +-13%
-    (IndexKind::OctreeRHierarchy, Weights { ray: 43.2, node: 43.5, test: 33.4 }), // +-13%
-    (IndexKind::UniformGrid, Weights { ray: 44.2, node: 59.3, test: 32.8 }), // +-21%
-    (IndexKind::GridHierarchy, Weights { ray: 44.2, node: 59.3, test: 32.8 }), // +-21%
-    (IndexKind::KdTree, Weights { ray: 40.8, node: 30.6, test: 20.8 }), // +-21%
-    (IndexKind::KdTreeHierarchy, Weights { ray: 40.8, node: 30.6, test: 20.8 }), // +-21%
-    (IndexKind::BspTree, Weights { ray: 41.8, node: 27.4, test: 22.2 }), // +-23%
-    (IndexKind::BspTreeHierarchy, Weights { ray: 41.8, node: 27.4, test: 22.2 }), // +-23%
-    (IndexKind::Bvh, Weights { ray: 39.9, node: 58.4, test: 21.8 }),    // +-15%
-    (IndexKind::BvhHierarchy, Weights { ray: 39.9, node: 58.4, test: 21.8 }), // +-15%
-    (IndexKind::WideOctree, Weights { ray: 44.5, node: 34.0, test: 8.5 }), // +-17%
-    (IndexKind::WideOctreeHierarchy, Weights { ray: 44.5, node: 34.0, test: 8.5 }), // +-17%
+    (IndexKind::Linear, Weights { ray: 36.1, node: 34.1, test: 16.7 }), // +-11%
+    (IndexKind::Octree, Weights { ray: 35.7, node: 54.1, test: 25.5 }), // +-19%
+    (IndexKind::OctreeHierarchy, Weights { ray: 35.7, node: 54.1, test: 25.5 }), // +-19%
+    (IndexKind::OctreeR, Weights { ray: 34.9, node: 53.3, test: 29.3 }), // +-16%
+    (IndexKind::OctreeRHierarchy, Weights { ray: 34.9, node: 53.3, test: 29.3 }), // +-16%
+    (IndexKind::UniformGrid, Weights { ray: 36.5, node: 57.0, test: 42.2 }), // +-16%
+    (IndexKind::GridHierarchy, Weights { ray: 36.5, node: 57.0, test: 42.2 }), // +-16%
+    (IndexKind::KdTree, Weights { ray: 35.9, node: 34.1, test: 16.8 }), // +-13%
+    (IndexKind::KdTreeHierarchy, Weights { ray: 35.9, node: 34.1, test: 16.8 }), // +-13%
+    (IndexKind::BspTree, Weights { ray: 35.1, node: 25.9, test: 21.5 }), // +-19%
+    (IndexKind::BspTreeHierarchy, Weights { ray: 35.1, node: 25.9, test: 21.5 }), // +-19%
+    (IndexKind::Bvh, Weights { ray: 35.1, node: 58.1, test: 20.0 }),    // +-11%
+    (IndexKind::BvhHierarchy, Weights { ray: 35.1, node: 58.1, test: 20.0 }), // +-11%
+    (IndexKind::WideOctree, Weights { ray: 11.5, node: 22.3, test: 8.7 }), // +-14%
+    (IndexKind::WideOctreeHierarchy, Weights { ray: 11.5, node: 22.3, test: 8.7 }), // +-14%
 ];
 
 /// For an index that was never measured: such that it is not preferred for that.

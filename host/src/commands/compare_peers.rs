@@ -18,11 +18,12 @@ pub struct PeerArguments {
     #[arg(long, conflicts_with = "photons")]
     pub peers: bool,
     /// With --peers: only these libraries: embree4-medium, embree4-high, embree4-robust, obvhs, parry3d,
-    /// bvh-crate, tinybvh
+    /// bvh, tinybvh
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
     against: Vec<String>,
     /// With --peers: these indices of ours; the first is the one held against the others in peers.md
-    /// [default: wide-octree,wide-octree-hierarchy,bvh,octree-hierarchy]
+    /// [default: wide-octree,wide-octree-hierarchy,bvh,octree-hierarchy]; in the tables `bvh` is the crate, ours is
+    /// `arboleda-bvh`
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
     index: Vec<String>,
     /// With --peers: rays in each mode
@@ -78,7 +79,7 @@ mod with_peers {
     use crate::owned_index::{kind_by_name, kind_names};
     use crate::peers::{
         self, Comparison, ComparisonOptions, Evidence, LEGEND, PEERS, Peer, PeerError, USUAL_KINDS,
-        growth,
+        growth, our_name,
     };
     use crate::scene::Model;
 
@@ -117,7 +118,7 @@ mod with_peers {
             command: command(),
             provenance,
             effort: effort(&options),
-            ours: kinds.first().map_or("", |kind| kind.name()),
+            ours: kinds.first().map_or("", |&kind| our_name(kind)),
             comparisons: Vec::new(),
             growth: Vec::new(),
         };

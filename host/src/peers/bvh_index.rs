@@ -18,11 +18,9 @@ use super::PeerError;
 use super::contender::{Built, Contender, Peer, Setting, found, refused};
 use super::moller_trumbore::EdgeTriangle;
 
-/// It has no settings. Its name here is not `bvh`, because one of our own indices has that.
-pub const PEER: Peer = Peer {
-    name: "bvh-crate",
-    settings: &[Setting { name: "sah, ordered walk", build: Binary::build }],
-};
+/// It has no settings.
+pub const PEER: Peer =
+    Peer { name: "bvh", settings: &[Setting { name: "sah, ordered walk", build: Binary::build }] };
 
 /// What its builder wants to see of a triangle.
 struct Shape {

@@ -169,7 +169,13 @@ pub fn compare(
     }
     for index in &owned {
         let ours = ours::contender(index.index());
-        entrants.push(entrant(index.kind().name(), true, "default", ours, index.build_seconds()));
+        entrants.push(entrant(
+            ours::name(index.kind()),
+            true,
+            "default",
+            ours,
+            index.build_seconds(),
+        ));
     }
 
     // 2. Check the answers, and look for leaks.

@@ -41,7 +41,7 @@ use arboleda::Triangle;
 pub use comparison::{Comparison, ComparisonOptions, Row, USUAL_KINDS, compare, steps};
 pub use contender::{Batch, Built, Contender, Peer, Setting};
 pub use error::PeerError;
-pub use ours::contender as our_contender;
+pub use ours::{contender as our_contender, name as our_name};
 pub use page::{Evidence, absent, page};
 pub use report::{LEGEND, table, write_csv};
 pub use ring::{Mode, Speed};

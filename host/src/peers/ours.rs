@@ -1,8 +1,16 @@
 //! The indices of `arboleda`, in the same ring as the others.
 
-use arboleda::{AnyIndex, Hit, Index, Ray, RayIndex, Representation};
+use arboleda::{AnyIndex, Hit, Index, IndexKind, Ray, RayIndex, Representation};
 
 use super::contender::{Batch, Contender};
+
+/// The name of an index of ours among the contenders: its own, unless a library has that.
+pub fn name(kind: IndexKind) -> &'static str {
+    match kind {
+        IndexKind::Bvh => "arboleda-bvh",
+        other => other.name(),
+    }
+}
 
 /// An index of ours whose kind is known where the loops are compiled, as the others' is.
 struct Ours<I>(I);

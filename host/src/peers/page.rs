@@ -100,7 +100,7 @@ const GOALS: [Goal; 11] = [
     ("closest hit, single / tinybvh", |c, ours| library(c, ours, "tinybvh")),
     ("closest hit, single / obvhs", |c, ours| library(c, ours, "obvhs")),
     ("closest hit, single / parry3d", |c, ours| library(c, ours, "parry3d")),
-    ("closest hit, single / bvh", |c, ours| library(c, ours, "bvh-crate")),
+    ("closest hit, single / bvh", |c, ours| library(c, ours, "bvh")),
     ("triangles a second of the build / Embree medium", build),
     ("bytes a triangle, and those of Embree medium", bytes),
     ("wrong answers, and those of the fastest Embree", wrong),

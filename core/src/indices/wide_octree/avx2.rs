@@ -30,6 +30,8 @@ pub(super) fn walk<Q: Query>(rows: &[Row], head: Head, query: &mut Q) -> Control
     unsafe { walk_with_avx2(rows, head, query) }
 }
 
+// A function of its own, so that its registers are not shared with those of the caller.
+#[inline(never)]
 #[target_feature(enable = "avx2")]
 fn walk_with_avx2<Q: Query>(rows: &[Row], head: Head, query: &mut Q) -> ControlFlow<()> {
     walk_in_lanes::<Avx2, Q>(rows, head, query)
@@ -48,6 +50,8 @@ pub(super) fn walk_each<Q: Query>(
     unsafe { walk_each_with_avx2(rows, head, count, start, finish) }
 }
 
+// A function of its own, so that its registers are not shared with those of the caller.
+#[inline(never)]
 #[target_feature(enable = "avx2")]
 fn walk_each_with_avx2<Q: Query>(
     rows: &[Row],
