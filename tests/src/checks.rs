@@ -28,6 +28,7 @@ pub fn every_index_equals_linear(triangles: &[Triangle], rays: &[Ray], options: 
             answers_equal(&copied, ray, expected);
             assert_eq!(counts(&built, ray), counts(&copied, ray), "{} {ray:?}", kind.name());
         }
+        many_equal_one_by_one(&built, rays, &expected);
     }
 }
 
@@ -77,6 +78,28 @@ pub fn answers_equal(index: &dyn RayIndex, ray: &Ray, expected: &[Hit]) {
     assert_eq!(counted.as_ref().map(bits), closest.as_ref().map(bits), "counted: {}", about());
     assert!(counted.is_none() || counters[0].triangle_tests > 0, "{}", about());
     assert!(counters[0].triangle_tests >= u64::from(count > 0), "{}", about());
+}
+
+/// Asks an index about all rays at once, and about the first of them only.
+///
+/// # Panics
+/// Where an answer differs by a bit, or what lies beyond the shorter slice was touched.
+pub fn many_equal_one_by_one(index: &dyn RayIndex, rays: &[Ray], expected: &[Vec<Hit>]) {
+    let untouched = Hit { u: -7.0, ..Hit::NONE };
+    for (asked, room) in [(rays.len(), rays.len()), (rays.len() / 2, rays.len()), (rays.len(), 1)] {
+        let mut hits = vec![untouched; room];
+        let mut occluded = vec![true; room];
+        index.closest_hits(&rays[..asked], &mut hits);
+        index.occluded_each(&rays[..asked], &mut occluded);
+        let answered = asked.min(room);
+        for (place, (hit, expected)) in hits.iter().zip(expected).enumerate().take(answered) {
+            let closest = expected.first().unwrap_or(&Hit::NONE);
+            assert_eq!(bits(hit), bits(closest), "ray {place} of {asked}: {:?}", rays[place]);
+            assert_eq!(occluded[place], !expected.is_empty(), "ray {place}: {:?}", rays[place]);
+        }
+        assert!(hits[answered..].iter().all(|hit| bits(hit) == bits(&untouched)));
+        assert!(occluded[answered..].iter().all(|&occluded| occluded));
+    }
 }
 
 fn counts(index: &dyn RayIndex, ray: &Ray) -> ([Counters; 2], Option<Hit>) {

@@ -215,14 +215,28 @@ fn expect(
     })
 }
 
+/// A number, at least 0, with so many decimals. The formatting of `f64` in the standard library can panic, as
+/// far as the compiler can tell.
+struct Decimal<const PLACES: u32>(f64);
+
+impl<const PLACES: u32> fmt::Display for Decimal<PLACES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = const { 10_u64.pow(PLACES) };
+        let rounded = (self.0 * unit as f64 + 0.5) as u64;
+        write!(f, "{}.{:0width$}", rounded / unit, rounded % unit, width = PLACES as usize)
+    }
+}
+
 impl fmt::Display for Selection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Cost { nanoseconds, nodes, tests, .. } = self.cost;
         write!(
             f,
-            "{}: {:.2} us a ray estimated ({nodes:.1} nodes, {tests:.1} tests)",
+            "{}: {} us a ray estimated ({} nodes, {} tests)",
             self.chosen.name(),
-            nanoseconds / 1e3
+            Decimal::<2>(nanoseconds / 1e3),
+            Decimal::<1>(nodes),
+            Decimal::<1>(tests)
         )?;
         let mut next: Option<(IndexKind, f64)> = None;
         for candidate in &self.candidates {
@@ -239,7 +253,7 @@ impl fmt::Display for Selection {
         if let Some((kind, other)) = next {
             write!(f, "; next: {}, ", kind.name())?;
             if nanoseconds > 0.0 {
-                write!(f, "{:.2} times as much", other / nanoseconds)?;
+                write!(f, "{} times as much", Decimal::<2>(other / nanoseconds))?;
             } else {
                 f.write_str("as much")?;
             }

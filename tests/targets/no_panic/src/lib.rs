@@ -20,7 +20,7 @@ use core::slice;
 use arboleda::geometry::{RaySpan, kernel, may_overlap};
 use arboleda::{
     Aabb, AllHits, Block, Counters, Hit, IndexKind, Options, Ray, RayError, RayIndex, Scene,
-    Triangle, Vec3, cluster, intersect,
+    Triangle, Vec3, auto, cluster, intersect,
 };
 
 unsafe extern "C" {
@@ -135,6 +135,30 @@ pub unsafe extern "C" fn prove_build(input: Build) -> usize {
     }
 }
 
+/// Chooses an index, by rays and without, and prints why.
+///
+/// # Safety
+/// As [`Slice::get`], for every slice.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_select(
+    input: Build,
+    kinds: Slice<IndexKind>,
+    ray: RayNumbers,
+) -> usize {
+    let options = input.options;
+    // SAFETY: the caller's promise.
+    let (scene, arena, scratch, kinds) = unsafe {
+        let scene = scene(input.triangles, input.objects, input.has_objects);
+        (scene, input.arena.get(), input.scratch.get(), kinds.get())
+    };
+    let ray = ray.ray().ok();
+    let rays = ray.as_slice();
+    match auto::select(&scene, &options, kinds, rays, arena, scratch) {
+        Ok(selection) => message(&selection) + selection.candidates().len(),
+        Err(error) => message(error),
+    }
+}
+
 /// Finds clusters.
 ///
 /// # Safety
@@ -206,6 +230,29 @@ pub unsafe extern "C" fn prove_queries(
     let occluded = index.occluded(&ray) || index.occluded_counted(&ray, counters);
     let AllHits { hits, truncated } = index.all_hits(&ray, hits);
     hits.len() + usize::from(occluded) + usize::from(truncated)
+}
+
+/// Asks about many rays of an image as it comes from outside.
+///
+/// # Safety
+/// As [`Slice::get`], for every slice.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_many(
+    number: usize,
+    image: Slice<u8>,
+    rays: Slice<Ray>,
+    hits: Slice<Hit>,
+    occluded: Slice<bool>,
+) -> usize {
+    // SAFETY: the caller's promise.
+    let (image, rays, hits, occluded) =
+        unsafe { (image.get(), rays.get(), hits.get(), occluded.get()) };
+    let Some(Ok(index)) = kind(number).map(|kind| kind.from_bytes(image)) else {
+        return 0;
+    };
+    index.closest_hits(rays, hits);
+    index.occluded_each(rays, occluded);
+    hits.len() + occluded.len()
 }
 
 /// Intersects one ray with one triangle.
