@@ -14,7 +14,7 @@ pub const MOST_TRIANGLES: u32 = 100_000_000;
 
 /// A city of about `triangle_count` triangles, at least one block.
 ///
-/// It grows by blocks, all alike in kind; below [`SMALL_CITY`] triangles the walls are coarser, so that
+/// It grows by blocks, all alike in kind; below `SMALL_CITY` triangles the walls are coarser, so that
 /// there still are several buildings.
 pub fn city_of(triangle_count: u32) -> Model {
     let mut options = CityOptions::default();
