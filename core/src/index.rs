@@ -5,7 +5,6 @@
 //! cluster tree, in one arena. An index that does not keep clusters apart writes a [`Structure`].
 
 use core::marker::PhantomData;
-use core::ops::ControlFlow;
 
 use crate::cluster::{self, Clusters};
 use crate::geometry::Ray;
@@ -247,9 +246,7 @@ impl<'a, R: Representation> Index<'a, R> {
     }
 
     fn run<Q: Query>(&self, query: &mut Q) {
-        // Both outcomes end the walk; the query knows the answer.
-        let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            R::Structure::traverse(&self.image, self.vectors, query);
+        R::Structure::traverse(&self.image, self.vectors, query);
     }
 
     fn closest<C: Count>(&self, ray: &Ray, count: C) -> Option<Hit> {

@@ -11,7 +11,7 @@ use core::fmt;
 
 use super::sample;
 use super::weights::Weights;
-use crate::geometry::{Aabb, RaySpan};
+use crate::geometry::RaySpan;
 use crate::query::Counters;
 use crate::{BuildError, IndexKind, Options, Ray, RayIndex, Scene};
 
@@ -186,16 +186,16 @@ fn expect(
     let index = kind.build(scene, options, arena, scratch)?;
     let mut counters = Counters::default();
     let mut count = 0_u64;
-    let linear = kind == IndexKind::Linear;
-    let bounds = scene.triangles().iter().fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
+    // What the linear scan takes is known: its box, and all triangles.
+    let scan = (kind == IndexKind::Linear).then(|| index.image().nodes().last());
     let mut ask = |ray: &Ray| {
         count += 1;
-        if !linear {
+        let Some(root) = scan else {
             index.closest_hit_counted(ray, &mut counters);
             return;
-        }
+        };
         let span = RaySpan::new(ray);
-        if !bounds.is_empty() && !span.clip(&bounds, span.whole()).is_empty() {
+        if root.is_some_and(|root| !span.clip(&root.bounds, span.whole()).is_empty()) {
             counters.nodes_visited += 1;
             counters.triangle_tests += scene.triangles().len() as u64;
         }

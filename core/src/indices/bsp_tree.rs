@@ -5,7 +5,7 @@
 //! # Source
 //! K. Sung, P. Shirley, *Ray Tracing with the BSP Tree*, 1992.
 
-use super::octants::Cell;
+use super::cell::Cell;
 use super::plane_tree::{Division, Plane, PlaneTree};
 use super::{Group, forward_local_index};
 use crate::auto::CostModel;

@@ -17,6 +17,7 @@
 use core::ops::ControlFlow;
 
 use super::bvh_insertion;
+use super::near_first::walk_near_first;
 use super::{Group, Local, LocalIndex, Statistics};
 use crate::auto::surface;
 use crate::geometry::{Aabb, RaySpan, Span, Triangle};
@@ -122,36 +123,21 @@ impl LocalIndex for Bvh {
         span: Span,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        // One postponed child for each level.
-        let mut stack = heapless::Vec::<(u32, Span), { MAX_DEPTH as usize + 2 }>::new();
-        let child = |place: u32| {
-            let span = ray.clip(&bounds_at(local, place), span);
-            (!span.is_empty()).then(|| (local.word(place + CHILD_WORDS - 1), span))
-        };
-        let mut next = Some((local.word(0), span));
-        while let Some((link, span)) = next.or_else(|| stack.pop()) {
-            next = None;
-            if span.from > query.last() {
-                continue;
-            }
-            query.enter();
+        const DEPTH: usize = MAX_DEPTH as usize + 2;
+        let root = (local.word(0), span);
+        walk_near_first::<DEPTH, _, _>(root, query, |link, span, query, waiting| {
             let place = link & !LEAF;
             if link & LEAF != 0 {
-                local.test(place + 1, local.word(place), query)?;
-                continue;
+                return local.test(place + 1, local.word(place), query);
             }
-            let (near, far) = match (child(place), child(place + CHILD_WORDS)) {
-                (Some(l), Some(r)) if r.1.from < l.1.from => (Some(r), Some(l)),
-                (None, right) => (right, None),
-                both => both,
+            let child = |place: u32| {
+                let span = ray.clip(&bounds_at(local, place), span);
+                (!span.is_empty()).then(|| (local.word(place + CHILD_WORDS - 1), span))
             };
-            if let Some(far) = far {
-                let pushed = stack.push(far).is_ok();
-                debug_assert!(pushed, "validation bounds the depth");
-            }
-            next = near;
-        }
-        ControlFlow::Continue(())
+            let [left, right] = [place, place + CHILD_WORDS].map(child);
+            waiting.enter_sorted(left, right);
+            ControlFlow::Continue(())
+        })
     }
 
     fn check(local: &Local<'_>) -> Option<Statistics> {

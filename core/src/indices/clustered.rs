@@ -3,12 +3,13 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
+use super::near_first::walk_near_first;
 use super::{Division, Group, Local, LocalIndex, Statistics, Structure};
 use crate::auto::CostModel;
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::geometry::{RaySpan, Span};
 use crate::index::Representation;
-use crate::memory::{ClusterNode, Image, NodeId, Words};
+use crate::memory::{Image, NodeId, Words};
 use crate::query::Query;
 use crate::{BuildError, Options, Vectors};
 
@@ -50,8 +51,10 @@ impl<L: LocalIndex> Structure for L {
     }
 
     #[inline]
-    fn traverse<Q: Query>(image: &Image<'_>, _: Vectors, query: &mut Q) -> ControlFlow<()> {
-        walk::<L, Q>(image, &RaySpan::new(query.ray()), query)
+    fn traverse<Q: Query>(image: &Image<'_>, _: Vectors, query: &mut Q) {
+        // Both outcomes end the walk; the query knows the answer.
+        let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
+            walk::<L, Q>(image, &RaySpan::new(query.ray()), query);
     }
 
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {
@@ -75,41 +78,22 @@ fn walk<L: LocalIndex, Q: Query>(
     ray: &RaySpan,
     query: &mut Q,
 ) -> ControlFlow<()> {
-    // Each inner node replaces itself by at most two: one more entry for each level.
-    let mut stack = heapless::Vec::<(&ClusterNode, bool, Span), { MAX_TREE_DEPTH + 2 }>::new();
-    let is_leaf = |id: u32| id < image.cluster_count();
+    const DEPTH: usize = MAX_TREE_DEPTH + 2;
     let clip = |id: u32, span: Span| {
         let node = image.node(NodeId(id))?;
         let span = ray.clip(&node.bounds, span);
-        (!span.is_empty()).then_some((node, is_leaf(id), span))
+        (!span.is_empty()).then_some(((node, id < image.cluster_count()), span))
     };
-    let Some(root) = (image.nodes().len() as u32).checked_sub(1) else {
+    let root = (image.nodes().len() as u32).checked_sub(1).and_then(|id| clip(id, ray.whole()));
+    let Some(root) = root else {
         return ControlFlow::Continue(());
     };
-    let mut next = clip(root, ray.whole());
-    while let Some((node, leaf, span)) = next.or_else(|| stack.pop()) {
-        next = None;
-        if span.from > query.last() {
-            continue;
+    walk_near_first::<DEPTH, _, _>(root, query, |(node, is_leaf), span, query, waiting| {
+        if is_leaf {
+            return L::traverse(&Local::of(image, node), ray, span, query);
         }
-        query.enter();
-        if leaf {
-            L::traverse(&Local::of(image, node), ray, span, query)?;
-            continue;
-        }
-        let [left, right] = node.links;
-        let left = clip(left, span);
-        let right = clip(right, span);
-        let (near, far) = match (left, right) {
-            (Some(l), Some(r)) if r.2.from < l.2.from => (right, left),
-            (None, _) => (right, None),
-            _ => (left, right),
-        };
-        if let Some(far) = far {
-            let pushed = stack.push(far).is_ok();
-            debug_assert!(pushed, "validation bounds the depth");
-        }
-        next = near;
-    }
-    ControlFlow::Continue(())
+        let [left, right] = node.links.map(|id| clip(id, span));
+        waiting.enter_sorted(left, right);
+        ControlFlow::Continue(())
+    })
 }

@@ -4,7 +4,7 @@
 //! # Source
 //! J. D. MacDonald, K. S. Booth, *Heuristics for Ray Tracing Using Space Subdivision*, 1990.
 
-use super::octants::Cell;
+use super::cell::Cell;
 use super::plane_tree::{Division, Plane, PlaneTree};
 use super::split_cost::{Axis, best_split};
 use super::{Group, forward_local_index};

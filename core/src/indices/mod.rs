@@ -7,9 +7,12 @@
 mod bsp_tree;
 mod bvh;
 mod bvh_insertion;
+mod cell;
 mod clustered;
+mod filing;
 mod kd_tree;
 mod linear;
+mod near_first;
 mod octants;
 mod octree;
 mod octree_r;
@@ -115,8 +118,8 @@ pub trait Structure: 'static {
         scratch: &mut [u8],
     ) -> Result<(), BuildError>;
 
-    /// Shows `query` the triangles near its ray.
-    fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) -> ControlFlow<()>;
+    /// Shows `query` the triangles near its ray, until it knows the answer.
+    fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q);
 
     /// Answers `count` queries, in any order: `start` makes the one of a number, `finish` takes it back.
     #[inline]
@@ -129,9 +132,7 @@ pub trait Structure: 'static {
     ) {
         for place in 0..count {
             let Some(mut query) = start(place) else { return };
-            // Both outcomes end the walk; the query knows the answer.
-            let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-                Self::traverse(image, vectors, &mut query);
+            Self::traverse(image, vectors, &mut query);
             finish(place, query);
         }
     }

@@ -31,17 +31,16 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
+use super::cell::Cell;
+use super::filing::{Filing, LEAF, List, Lists, check_leaf};
 use super::{Group, Local, Statistics};
-use crate::auto::{CostModel, Estimate, best_level, surface};
-use crate::geometry::{Aabb, AxisCrossing, RaySpan, Span, may_overlap};
-use crate::memory::{Arena, Words, size_of_slice};
+use crate::auto::{CostModel, best_level};
+use crate::geometry::{AxisCrossing, RaySpan, Span, may_overlap};
+use crate::memory::Words;
 use crate::query::Query;
 use crate::scene::MAX_LEVEL;
-use crate::{BuildError, Level, Options};
+use crate::{BuildError, Level, Options, Triangle};
 
-const LEAF: u32 = 1 << 31;
-/// Links have 31 bits.
-const MOST_WORDS: usize = 1 << 31;
 const LEVELS: usize = MAX_LEVEL as usize + 1;
 /// Surfaces fill 4^12 = 16 million cells of this level; scratch grows with it.
 const MAX_AUTOMATIC_LEVEL: u32 = 12;
@@ -73,79 +72,12 @@ pub(super) trait Division {
     }
 }
 
-/// A closed cell.
-#[derive(Clone, Copy)]
-pub(super) struct Cell {
-    pub lo: [f64; 3],
-    pub hi: [f64; 3],
-}
-
-impl Cell {
-    /// The cube at the lower corner of a box that holds it.
-    fn root(bounds: &Aabb) -> Self {
-        let side = bounds.extent().into_iter().fold(0.0, |a, b| if b > a { b } else { a });
-        let lo = bounds.lo.to_array().map(f64::from);
-        let hi = bounds.hi.to_array().map(f64::from);
-        // `lo + side` may round to less than `hi`.
-        let upper = |axis: usize| {
-            let (sum, hi) = (lo[axis] + side, hi[axis]);
-            if sum > hi { sum } else { hi }
-        };
-        Self { lo, hi: [upper(0), upper(1), upper(2)] }
-    }
-
-    pub fn middle(&self) -> [f64; 3] {
-        let middle = |axis: usize| (self.lo[axis] + self.hi[axis]) * 0.5;
-        [middle(0), middle(1), middle(2)]
-    }
-
-    /// The box itself.
-    pub fn of(bounds: &Aabb) -> Self {
-        Self { lo: bounds.lo.to_array().map(f64::from), hi: bounds.hi.to_array().map(f64::from) }
-    }
-
-    /// The parts below and above a plane.
-    pub fn halves(&self, axis: usize, plane: f64) -> [Self; 2] {
-        let (mut below, mut above) = (*self, *self);
-        if let (Some(hi), Some(lo)) = (below.hi.get_mut(axis), above.lo.get_mut(axis)) {
-            (*hi, *lo) = (plane, plane);
-        }
-        [below, above]
-    }
-
-    fn child(&self, planes: &Planes, octant: u32) -> Self {
-        let mut child = *self;
-        for (axis, plane) in planes.iter().enumerate() {
-            let Some(plane) = *plane else { continue };
-            if octant >> axis & 1 == 0 {
-                child.hi[axis] = plane;
-            } else {
-                child.lo[axis] = plane;
-            }
-        }
-        child
-    }
-
-    /// Half the surface of the part inside `bounds`.
-    pub fn surface_within(&self, bounds: &Aabb) -> f64 {
-        let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
-        let side = |axis: usize| {
-            let (lo, hi) = (f64::from(lo[axis]), f64::from(hi[axis]));
-            let lo = if self.lo[axis] > lo { self.lo[axis] } else { lo };
-            let hi = if self.hi[axis] < hi { self.hi[axis] } else { hi };
-            if hi > lo { hi - lo } else { 0.0 }
-        };
-        surface([side(0), side(1), side(2)])
-    }
-}
-
 /// A tree of cells divided as `D` says.
 pub(super) struct Octants<D>(PhantomData<D>);
 
 impl<D: Division> Octants<D> {
     pub fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        let entries = triangle_count.saturating_mul(levels_at_most(options) + 1);
-        size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
+        Lists::scratch_bytes(triangle_count, levels_at_most(options))
     }
 
     pub fn build(
@@ -154,34 +86,13 @@ impl<D: Division> Octants<D> {
         words: &mut Words<'_>,
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
-        let entries = group.ids.len().saturating_mul(levels_at_most(options) + 1);
-        let needed = Self::scratch_bytes(group.ids.len(), options);
-        let full = BuildError::ScratchFull { needed, given: scratch.len() };
-        let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
-        let ids = arena.take::<u32>(entries).ok_or(full)?;
-        let octants = arena.take::<u8>(entries).ok_or(full)?;
-        for (slot, &id) in ids.iter_mut().zip(group.ids) {
-            *slot = id;
-        }
+        let mut lists = Lists::new(group, levels_at_most(options), scratch)?;
+        let (root, model) = (Cell::root(&group.bounds), options.cost_model());
         let mut attempt = |most_level: u32, words: &mut Words<'_>| {
-            let start = words.len();
-            let root = words.push(0);
-            let mut builder = Builder::<D> {
-                group,
-                options,
-                most_level,
-                root_surface: Cell::root(&group.bounds).surface_within(&group.bounds),
-                estimate: Estimate::new(&options.cost_model()),
-                words,
-                start,
-                ids: &mut *ids,
-                octants: &mut *octants,
-                division: PhantomData,
-            };
-            let link = builder.node(0, group.ids.len(), Cell::root(&group.bounds), 0)?;
-            let cost = builder.estimate.total();
-            words.set(root, link);
-            Ok(cost)
+            Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
+                let division = PhantomData;
+                Builder::<D> { filing, options, most_level, division }.node(list, root, 0)
+            })
         };
         let level = match options.level {
             Level::AtMost(level) => level,
@@ -236,9 +147,7 @@ impl<D: Division> Octants<D> {
             }
             let head = local.word(next);
             if link & LEAF != 0 {
-                if head == 0 || !local.are_ids(next + 1, head) {
-                    return None;
-                }
+                check_leaf(local, next)?;
                 statistics.add_leaf(head, stack.len() as u32);
                 next = next.checked_add(1 + head)?;
             } else {
@@ -356,18 +265,10 @@ impl Frame {
     }
 }
 
-struct Builder<'b, 'g, 'w, D> {
-    group: &'b Group<'g>,
-    options: &'b Options,
+struct Builder<'f, 'b, 'g, 's, 'w, D> {
+    filing: &'f mut Filing<'b, 'g, 's, 'w>,
+    options: &'f Options,
     most_level: u32,
-    root_surface: f64,
-    estimate: Estimate,
-    words: &'b mut Words<'w>,
-    /// The word from which links count.
-    start: usize,
-    /// The lists of the cells on the way down, one after the other, and the octants of each entry.
-    ids: &'b mut [u32],
-    octants: &'b mut [u8],
     division: PhantomData<D>,
 }
 
@@ -398,104 +299,71 @@ fn flipped(mask: u32, sign_mask: usize) -> u32 {
     mask
 }
 
-impl<D: Division> Builder<'_, '_, '_, D> {
-    /// Appends the node of the list `from..to` and returns the link to it. As deep a recursion as
-    /// levels, at most 21.
-    fn node(&mut self, from: usize, to: usize, cell: Cell, level: u32) -> Result<u32, BuildError> {
-        let place = self.words.len() - self.start;
-        if place.saturating_add(to - from) >= MOST_WORDS {
-            return Err(BuildError::TooLarge);
-        }
-        let surface = cell.surface_within(&self.group.bounds);
-        // A group on a line has no surface; every ray that meets it meets all of it.
-        let probability = if self.root_surface > 0.0 { surface / self.root_surface } else { 1.0 };
-        self.estimate.add_node(probability);
-        let list = self.ids.get(from..to).unwrap_or(&[]);
-        let few = list.len() <= self.options.leaf_capacity as usize;
+impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
+    /// Appends the node of a list and returns the link to it. As deep a recursion as levels, at most 21.
+    fn node(&mut self, list: List, cell: Cell, level: u32) -> Result<u32, BuildError> {
+        let node = self.filing.begin(list, &cell)?;
+        let ids = self.filing.ids(list);
+        let few = ids.len() <= self.options.leaf_capacity as usize;
         let planes = if few || level >= self.most_level {
             [None; 3]
         } else {
-            D::choose(self.group, list, &cell, &self.options.cost_model())
+            D::choose(self.filing.group, ids, &cell, &self.options.cost_model())
         };
         if planes == [None; 3] {
-            self.estimate.add_tests(probability, list.len());
-            self.words.push(list.len() as u32);
-            self.words.extend(list);
-            return Ok(place as u32 | LEAF);
+            return Ok(self.filing.leaf(node));
         }
+        let mask = self.filing.mark(list, |triangle| octants_of(triangle, &cell, &planes));
 
-        // 1. In which octants does each triangle lie?
-        let mut mask = 0;
-        for at in from..to {
-            let octants = self.octants_of(at, &cell, &planes);
-            mask |= octants;
-            if let Some(slot) = self.octants.get_mut(at) {
-                *slot = octants;
-            }
-        }
-
-        // 2. The node, with links to be filled in; then each child, with its list behind ours.
+        // The node, with links to be filled in; then each child.
         let mut axes = 0;
         for (axis, plane) in planes.iter().enumerate() {
             axes |= u32::from(plane.is_some()) << (axis + 8);
         }
-        self.words.push(u32::from(mask) | axes & D::AXES);
+        self.filing.words.push(u32::from(mask) | axes & D::AXES);
         if D::AXES != 0 {
             for plane in planes.iter().flatten() {
-                self.words.push((*plane as f32).to_bits());
+                self.filing.words.push((*plane as f32).to_bits());
             }
         }
-        let links = self.words.len();
+        let links = self.filing.words.len();
         for _ in 0..mask.count_ones() {
-            self.words.push(0);
+            self.filing.words.push(0);
         }
         let present = (0..8).filter(|octant| mask >> octant & 1 == 1);
         for (link_place, octant) in (links..).zip(present) {
-            let mut end = to;
-            for at in from..to {
-                let inside = self.octants.get(at).is_some_and(|o| o >> octant & 1 == 1);
-                if inside && let Some(&id) = self.ids.get(at) {
-                    if let Some(slot) = self.ids.get_mut(end) {
-                        *slot = id;
-                    }
-                    end += 1;
-                }
-            }
-            let link = self.node(to, end, cell.child(&planes, octant), level + 1)?;
-            self.words.set(link_place, link);
+            let part = self.filing.gather(list, octant);
+            let link = self.node(part, cell.child(&planes, octant), level + 1)?;
+            self.filing.words.set(link_place, link);
         }
-        Ok(place as u32)
+        Ok(node.place)
     }
+}
 
-    /// One bit for each octant in which a triangle is to be filed.
-    fn octants_of(&self, at: usize, cell: &Cell, planes: &Planes) -> u8 {
-        let id = self.ids.get(at).copied().unwrap_or(0) as usize;
-        let Some(triangle) = self.group.triangles.get(id) else {
-            return 0;
-        };
-        let bounds = triangle.bounds();
-        let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
-        // What only touches a plane from one side is filed on that side, what lies in it in the lower
-        // half, and so is everything where there is no plane.
-        let mut octants = 0xff_u8;
-        for axis in 0..3 {
-            const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
-            let upper = planes[axis].is_some_and(|plane| f64::from(hi[axis]) > plane);
-            let lower = !upper || planes[axis].is_some_and(|plane| f64::from(lo[axis]) < plane);
-            octants &= if upper { 0xff } else { !UPPER[axis] };
-            octants &= if lower { 0xff } else { UPPER[axis] };
-        }
-        if octants.is_power_of_two() {
-            return octants;
-        }
-        for octant in 0..8 {
-            if octants >> octant & 1 == 1 {
-                let child = cell.child(planes, octant);
-                if !may_overlap(triangle, child.lo, child.hi) {
-                    octants &= !(1 << octant);
-                }
+/// One bit for each octant in which a triangle is to be filed.
+fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> u8 {
+    let bounds = triangle.bounds();
+    let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
+    // What only touches a plane from one side is filed on that side, what lies in it in the lower half,
+    // and so is everything where there is no plane.
+    let mut octants = 0xff_u8;
+    for axis in 0..3 {
+        const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
+        let upper = planes[axis].is_some_and(|plane| f64::from(hi[axis]) > plane);
+        let lower = !upper || planes[axis].is_some_and(|plane| f64::from(lo[axis]) < plane);
+        octants &= if upper { 0xff } else { !UPPER[axis] };
+        octants &= if lower { 0xff } else { UPPER[axis] };
+    }
+    if octants.is_power_of_two() {
+        return octants;
+    }
+    for octant in 0..8 {
+        if octants >> octant & 1 == 1 {
+            let child = cell.child(planes, octant);
+            if !may_overlap(triangle, child.lo, child.hi) {
+                octants &= !(1 << octant);
             }
         }
-        octants
     }
+    octants
 }

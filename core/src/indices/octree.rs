@@ -5,7 +5,8 @@
 //! # Source
 //! A. Glassner, *Space Subdivision for Fast Ray Tracing*, 1984; Revelles, Ureña and Lastra 2000.
 
-use super::octants::{Cell, Division, Octants, Planes};
+use super::cell::Cell;
+use super::octants::{Division, Octants, Planes};
 use super::{Group, Local, forward_local_index};
 use crate::auto::CostModel;
 

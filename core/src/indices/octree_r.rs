@@ -8,7 +8,8 @@
 //! K.-Y. Whang et al., *Octree-R: An Adaptive Octree for Efficient Ray Tracing*, 1995. Deviations: an
 //! axis may stay undivided; places are a fixed number of bins.
 
-use super::octants::{Cell, Division, Octants, Planes};
+use super::cell::Cell;
+use super::octants::{Division, Octants, Planes};
 use super::split_cost::{Axis, best_split};
 use super::{Group, Local, forward_local_index};
 use crate::auto::CostModel;

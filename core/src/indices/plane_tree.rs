@@ -17,18 +17,18 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
-use super::octants::Cell;
+use super::cell::Cell;
+use super::filing::{Filing, LEAF, List, Lists, check_leaf};
+use super::near_first::walk_near_first;
 use super::{Group, Local, Statistics};
-use crate::auto::{CostModel, Estimate, best_level};
+use crate::auto::{CostModel, best_level};
 use crate::geometry::{RaySpan, Span, may_overlap};
-use crate::memory::{Arena, Words, size_of_slice};
+use crate::memory::Words;
 use crate::query::Query;
 use crate::scene::MAX_LEVEL;
-use crate::{BuildError, Level, Options};
+use crate::{BuildError, Level, Options, Triangle};
 
-const LEAF: u32 = 1 << 31;
 const EMPTY: u32 = 0;
-const MOST_WORDS: usize = 1 << 31;
 const INNER_WORDS: u32 = 4;
 /// Three divisions, one an axis, are one level of an octree.
 const DIVISIONS_PER_LEVEL: u32 = 3;
@@ -76,10 +76,7 @@ fn depth_at_most(triangle_count: usize, options: &Options) -> u32 {
 
 impl<D: Division> PlaneTree<D> {
     pub fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        // One list per depth, none longer than the one above.
-        let depth = depth_at_most(triangle_count, options) as usize;
-        let entries = triangle_count.saturating_mul(depth + 1);
-        size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
+        Lists::scratch_bytes(triangle_count, depth_at_most(triangle_count, options) as usize)
     }
 
     pub fn build(
@@ -88,44 +85,19 @@ impl<D: Division> PlaneTree<D> {
         words: &mut Words<'_>,
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
-        let count = group.ids.len();
-        let most_depth = depth_at_most(count, options);
-        let entries = count.saturating_mul(most_depth as usize + 1);
-        let needed = Self::scratch_bytes(count, options);
-        let full = BuildError::ScratchFull { needed, given: scratch.len() };
-        let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
-        let ids = arena.take::<u32>(entries).ok_or(full)?;
-        let sides = arena.take::<u8>(entries).ok_or(full)?;
-        for (slot, &id) in ids.iter_mut().zip(group.ids) {
-            *slot = id;
-        }
-        let root = Cell::of(&group.bounds);
+        let most_depth = depth_at_most(group.ids.len(), options);
+        let mut lists = Lists::new(group, most_depth as usize, scratch)?;
+        let (root, model) = (Cell::of(&group.bounds), options.cost_model());
         let automatic = options.level == Level::Automatic;
+        // Where each division has to pay for itself, the capacity has nothing to add.
+        let leaf_capacity = if automatic && D::PAYS_BY_ITSELF { 1 } else { options.leaf_capacity };
         let mut attempt = |most_depth: u32, words: &mut Words<'_>| {
-            let start = words.len();
-            let link_place = words.push(0);
-            let mut builder = Builder::<D> {
-                group,
-                options,
-                // Where each division has to pay for itself, the capacity has nothing to add.
-                leaf_capacity: if automatic && D::PAYS_BY_ITSELF {
-                    1
-                } else {
-                    options.leaf_capacity
-                },
-                most_depth,
-                root_surface: root.surface_within(&group.bounds),
-                estimate: Estimate::new(&options.cost_model()),
-                words,
-                start,
-                ids: &mut *ids,
-                sides: &mut *sides,
-                division: PhantomData,
-            };
-            let link = builder.node(0, count, root, 0)?;
-            let cost = builder.estimate.total();
-            words.set(link_place, link);
-            Ok(cost)
+            Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
+                let model = &model;
+                let division = PhantomData;
+                Builder::<D> { filing, model, leaf_capacity, most_depth, division }
+                    .node(list, root, 0)
+            })
         };
         let depth = if automatic && !D::PAYS_BY_ITSELF {
             let most_level = most_depth / DIVISIONS_PER_LEVEL;
@@ -144,19 +116,15 @@ impl<D: Division> PlaneTree<D> {
         span: Span,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        // One postponed half for each depth.
-        let mut stack = heapless::Vec::<(u32, Span), { MAX_DEPTH + 1 }>::new();
-        let mut next = Some((local.word(0), span));
-        while let Some((link, span)) = next.or_else(|| stack.pop()) {
-            next = None;
-            if link == EMPTY || span.from > query.last() {
-                continue;
-            }
-            query.enter();
+        const DEPTH: usize = MAX_DEPTH + 1;
+        let root = local.word(0);
+        if root == EMPTY {
+            return ControlFlow::Continue(());
+        }
+        walk_near_first::<DEPTH, _, _>((root, span), query, |link, span, query, waiting| {
             let place = link & !LEAF;
             if link & LEAF != 0 {
-                local.test(place + 1, local.word(place), query)?;
-                continue;
+                return local.test(place + 1, local.word(place), query);
             }
             let axis = local.word(place) as usize;
             let plane = f64::from(f32::from_bits(local.word(place + 1)));
@@ -167,15 +135,14 @@ impl<D: Division> PlaneTree<D> {
             let near_to = if crossing.latest < span.to { crossing.latest } else { span.to };
             let far_from =
                 if crossing.earliest > span.from { crossing.earliest } else { span.from };
-            if far_from <= span.to && far != EMPTY {
-                let pushed = stack.push((far, Span { from: far_from, to: span.to })).is_ok();
-                debug_assert!(pushed, "validation bounds the depth");
-            }
-            if span.from <= near_to {
-                next = Some((near, Span { from: span.from, to: near_to }));
-            }
-        }
-        ControlFlow::Continue(())
+            let child =
+                |link: u32, span: Span| (link != EMPTY && !span.is_empty()).then_some((link, span));
+            waiting.enter(
+                child(near, Span { from: span.from, to: near_to }),
+                child(far, Span { from: far_from, to: span.to }),
+            );
+            ControlFlow::Continue(())
+        })
     }
 
     pub fn check(local: &Local<'_>) -> Option<Statistics> {
@@ -194,9 +161,7 @@ impl<D: Division> PlaneTree<D> {
             }
             let head = local.word(end);
             if link & LEAF != 0 {
-                if head == 0 || !local.are_ids(end + 1, head) {
-                    return None;
-                }
+                check_leaf(local, end)?;
                 statistics.add_leaf(head, depth.div_ceil(DIVISIONS_PER_LEVEL));
                 end = end.checked_add(1 + head)?;
             } else {
@@ -214,101 +179,65 @@ impl<D: Division> PlaneTree<D> {
     }
 }
 
-const LOWER: u8 = 1;
-const UPPER: u8 = 2;
+/// The parts of a cell.
+const LOWER: u32 = 0;
+const UPPER: u32 = 1;
 
-struct Builder<'b, 'g, 'w, D> {
-    group: &'b Group<'g>,
-    options: &'b Options,
+struct Builder<'f, 'b, 'g, 's, 'w, D> {
+    filing: &'f mut Filing<'b, 'g, 's, 'w>,
+    model: &'f CostModel,
     leaf_capacity: u32,
     most_depth: u32,
-    root_surface: f64,
-    estimate: Estimate,
-    words: &'b mut Words<'w>,
-    /// The word from which links count.
-    start: usize,
-    /// The lists of the cells on the way down, one after the other, and the sides of each entry.
-    ids: &'b mut [u32],
-    sides: &'b mut [u8],
     division: PhantomData<D>,
 }
 
-impl<D: Division> Builder<'_, '_, '_, D> {
-    /// Appends the node of the list `from..to` and returns the link to it. As deep a recursion as the
-    /// tree, at most 60.
-    fn node(&mut self, from: usize, to: usize, cell: Cell, depth: u32) -> Result<u32, BuildError> {
-        if from == to {
+impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
+    /// Appends the node of a list and returns the link to it. As deep a recursion as the tree, at most 60.
+    fn node(&mut self, list: List, cell: Cell, depth: u32) -> Result<u32, BuildError> {
+        if list.is_empty() {
             return Ok(EMPTY);
         }
-        let place = self.words.len() - self.start;
-        if place.saturating_add(to - from) >= MOST_WORDS {
-            return Err(BuildError::TooLarge);
-        }
-        let surface = cell.surface_within(&self.group.bounds);
-        // A group on a line has no surface; every ray that meets it meets all of it.
-        let probability = if self.root_surface > 0.0 { surface / self.root_surface } else { 1.0 };
-        self.estimate.add_node(probability);
-        let list = self.ids.get(from..to).unwrap_or(&[]);
-        let few = list.len() <= self.leaf_capacity as usize;
+        let node = self.filing.begin(list, &cell)?;
+        let ids = self.filing.ids(list);
+        let few = ids.len() <= self.leaf_capacity as usize;
         let plane = if few || depth >= self.most_depth {
             None
         } else {
-            D::choose(self.group, list, &cell, depth, &self.options.cost_model())
+            D::choose(self.filing.group, ids, &cell, depth, self.model)
         };
         let Some(plane) = plane else {
-            self.estimate.add_tests(probability, list.len());
-            self.words.push(list.len() as u32);
-            self.words.extend(list);
-            return Ok(place as u32 | LEAF);
+            return Ok(self.filing.leaf(node));
         };
 
         let halves = cell.halves(plane.axis, f64::from(plane.at));
-        for at in from..to {
-            let sides = self.sides_of(at, plane, &halves);
-            if let Some(slot) = self.sides.get_mut(at) {
-                *slot = sides;
-            }
-        }
-        self.words.push(plane.axis as u32);
-        self.words.push(plane.at.to_bits());
-        let links = self.words.push(EMPTY);
-        self.words.push(EMPTY);
+        self.filing.mark(list, |triangle| sides_of(triangle, plane, &halves));
+        self.filing.words.push(plane.axis as u32);
+        self.filing.words.push(plane.at.to_bits());
+        let links = self.filing.words.push(EMPTY);
+        self.filing.words.push(EMPTY);
         for (side, half, link_place) in [(LOWER, halves[0], links), (UPPER, halves[1], links + 1)] {
-            let mut end = to;
-            for at in from..to {
-                let inside = self.sides.get(at).is_some_and(|sides| sides & side != 0);
-                if inside && let Some(&id) = self.ids.get(at) {
-                    if let Some(slot) = self.ids.get_mut(end) {
-                        *slot = id;
-                    }
-                    end += 1;
-                }
-            }
-            let link = self.node(to, end, half, depth + 1)?;
-            self.words.set(link_place, link);
+            let part = self.filing.gather(list, side);
+            let link = self.node(part, half, depth + 1)?;
+            self.filing.words.set(link_place, link);
         }
-        Ok(place as u32)
+        Ok(node.place)
     }
+}
 
-    /// On which sides of a plane a triangle is to be filed.
-    fn sides_of(&self, at: usize, plane: Plane, halves: &[Cell; 2]) -> u8 {
-        let id = self.ids.get(at).copied().unwrap_or(0) as usize;
-        let Some(triangle) = self.group.triangles.get(id) else {
-            return 0;
-        };
-        let bounds = triangle.bounds();
-        let (lo, hi) = match plane.axis {
-            0 => (bounds.lo.x, bounds.hi.x),
-            1 => (bounds.lo.y, bounds.hi.y),
-            _ => (bounds.lo.z, bounds.hi.z),
-        };
-        let upper = hi > plane.at;
-        let lower = !upper || lo < plane.at;
-        if !(upper && lower) {
-            return if upper { UPPER } else { LOWER };
-        }
-        let reaches = |half: &Cell| may_overlap(triangle, half.lo, half.hi);
-        let [below, above] = halves;
-        (if reaches(below) { LOWER } else { 0 }) | (if reaches(above) { UPPER } else { 0 })
+/// On which sides of a plane a triangle is to be filed, one bit each.
+fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> u8 {
+    let bounds = triangle.bounds();
+    let (lo, hi) = match plane.axis {
+        0 => (bounds.lo.x, bounds.hi.x),
+        1 => (bounds.lo.y, bounds.hi.y),
+        _ => (bounds.lo.z, bounds.hi.z),
+    };
+    let upper = hi > plane.at;
+    let lower = !upper || lo < plane.at;
+    if !(upper && lower) {
+        return if upper { 1 << UPPER } else { 1 << LOWER };
     }
+    let [below, above] = halves;
+    let reaches = |half: &Cell| u8::from(may_overlap(triangle, half.lo, half.hi));
+    reaches(below) << LOWER | reaches(above) << UPPER
 }

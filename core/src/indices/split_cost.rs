@@ -5,7 +5,7 @@
 //! meets a cell meets a part of it with the ratio of the surfaces. Binning: Wald 2007.
 
 use super::Group;
-use super::octants::Cell;
+use super::cell::Cell;
 use crate::auto::CostModel;
 
 /// Places tried: every 32nd of the part that triangles reach into. 16 cost 2 to 4% more tests, 64 were no better.

@@ -17,9 +17,9 @@ use std::fmt::Write;
 use arboleda::{IndexKind, Level, Options, RayIndex, Resolution};
 use rayon::prelude::*;
 
-use super::plan::{Case, Effort, PROBE_PHOTONS, Share, pairs, photons_within};
+use super::plan::{Case, Effort, Share, pairs};
 use super::rays::RaySet;
-use super::run::{Measurement, build, checked, clock, count};
+use super::run::{Measurement, affordable, build, clock, count};
 use crate::OwnedIndex;
 use crate::scene::Model;
 
@@ -122,10 +122,8 @@ fn measure(
             continue;
         }
         digests.push(digest);
-        let probed = PROBE_PHOTONS.min(rays.photon_count());
-        let counters = checked(&index, rays, probed)?;
-        let photons = photons_within(effort, counters, rays.of_first(probed).len(), probed);
-        measured.push(count(model, case, owned, rays, photons.min(rays.photon_count()))?);
+        let photons = affordable(&index, rays, effort)?;
+        measured.push(count(model, case, owned, rays, photons)?);
         contest.push(index);
     }
     let mut contest: Vec<_> = contest.iter().zip(&mut measured).collect();

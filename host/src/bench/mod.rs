@@ -25,3 +25,4 @@ pub mod rays;
 pub mod record;
 pub mod run;
 pub mod separation;
+pub mod spread;

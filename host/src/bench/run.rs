@@ -14,6 +14,7 @@ use cpu_time::ThreadTime;
 
 use super::plan::{Case, Effort, PROBE_PHOTONS, Share, photons_within};
 use super::rays::{RaySet, same_bits};
+use super::spread::Spread;
 use crate::OwnedIndex;
 use crate::scene::Model;
 
@@ -21,32 +22,6 @@ use crate::scene::Model;
 const ORACLE_TESTS: usize = 30_000_000;
 /// The most rays that the linear scan checks.
 const ORACLE_RAYS: usize = 4_096;
-
-/// The times of several repetitions, in seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
-    /// The one in the middle.
-    pub median: f64,
-    /// The fastest: the least disturbed.
-    pub min: f64,
-    /// The slowest.
-    pub max: f64,
-}
-
-impl Spread {
-    /// Of some times; NaN if there are none.
-    pub fn of(times: &[f64]) -> Self {
-        let mut sorted = times.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let at = |place: usize| sorted.get(place).copied().unwrap_or(f64::NAN);
-        let last = sorted.len().saturating_sub(1);
-        Self {
-            median: f64::midpoint(at(last / 2), at(last.div_ceil(2))),
-            min: at(0),
-            max: at(last),
-        }
-    }
-}
 
 /// What one case took.
 #[derive(Clone, Debug)]
@@ -189,13 +164,8 @@ pub fn measure_built(
     let indices: Vec<AnyIndex<'_>> = built.iter().map(OwnedIndex::index).collect();
 
     // 2. How many photons each can answer in the time.
-    let mut shares = Vec::new();
-    for index in &indices {
-        let probed = PROBE_PHOTONS.min(rays.photon_count());
-        let counters = checked(index, rays, probed)?;
-        let probe_rays = rays.of_first(probed).len();
-        shares.push(photons_within(effort, counters, probe_rays, probed).min(rays.photon_count()));
-    }
+    let shares = indices.iter().map(|index| affordable(index, rays, effort));
+    let mut shares = shares.collect::<anyhow::Result<Vec<u64>>>()?;
     if effort.share == Share::Common {
         let least = shares.iter().copied().min().unwrap_or(0);
         shares.fill(least);
@@ -212,6 +182,17 @@ pub fn measure_built(
     let mut contest: Vec<_> = indices.iter().zip(&mut measurements).collect();
     clock(&mut contest, rays, effort.repetitions);
     Ok(measurements)
+}
+
+/// How many photons an index can answer in the time, judged by the first few.
+///
+/// # Errors
+/// If an answer is not, bit for bit, the guide's.
+pub fn affordable(index: &AnyIndex<'_>, rays: &RaySet, effort: &Effort) -> anyhow::Result<u64> {
+    let probed = PROBE_PHOTONS.min(rays.photon_count());
+    let counters = checked(index, rays, probed)?;
+    let photons = photons_within(effort, counters, rays.of_first(probed).len(), probed);
+    Ok(photons.min(rays.photon_count()))
 }
 
 /// What an index takes by counters, its answers compared; the clock is still to come.
@@ -289,12 +270,6 @@ fn replay(index: &(dyn RayIndex + Sync), rays: &[Ray]) -> f64 {
 mod tests {
     use super::*;
     use crate::scene::paper::fig2;
-
-    #[test]
-    fn a_spread_has_its_middle() {
-        assert_eq!(Spread::of(&[3.0, 1.0, 2.0]), Spread { median: 2.0, min: 1.0, max: 3.0 });
-        assert_eq!(Spread::of(&[4.0, 1.0]).median, 2.5);
-    }
 
     #[test]
     fn gains_are_the_papers() {

@@ -7,10 +7,11 @@ use arboleda::{BuildError, IndexKind, Options};
 use super::agreement::Disagreements;
 use super::contender::{Built, Contender, Peer};
 use super::ours;
-use super::ring::{Answers, Mode, Speed, answer, time};
+use super::ring::{Answers, Mode, answer, time};
 use super::workload::{Workload, leak_rays};
 use super::{PEERS, PeerError, tune};
 use crate::OwnedIndex;
+use crate::bench::spread::Spread;
 use crate::scene::{Model, closed};
 
 /// How much is compared.
@@ -71,7 +72,7 @@ pub struct Row {
     /// What it holds, where that is known.
     pub bytes: Option<usize>,
     /// Million rays a second.
-    pub speed: Speed,
+    pub speed: Spread,
     /// Answers that are not `arboleda`'s.
     pub disagreements: Disagreements,
     /// Leak-test rays that hit nothing, if there was such a test.

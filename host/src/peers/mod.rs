@@ -44,7 +44,7 @@ pub use error::PeerError;
 pub use ours::{contender as our_contender, name as our_name};
 pub use page::{Evidence, absent, page};
 pub use report::{LEGEND, table, write_csv};
-pub use ring::{Mode, Speed};
+pub use ring::Mode;
 pub use workload::{Workload, leak_rays};
 
 /// Embree as its users have it by default: what builds and growth are compared with.

@@ -8,6 +8,7 @@ use cpu_time::ThreadTime;
 
 use super::contender::Contender;
 use super::workload::Workload;
+use crate::bench::spread::Spread;
 
 /// What is asked, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -32,31 +33,6 @@ impl Mode {
             Self::Batch => "batch",
             Self::Occluded => "occluded",
         }
-    }
-}
-
-/// Million rays a second over the rounds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Speed {
-    /// Half of the rounds were slower.
-    pub median: f64,
-    /// The slowest round.
-    pub min: f64,
-    /// The fastest round.
-    pub max: f64,
-}
-
-impl Speed {
-    fn of(mut rounds: Vec<f64>) -> Option<Self> {
-        rounds.sort_by(f64::total_cmp);
-        let (min, max) = (*rounds.first()?, *rounds.last()?);
-        let middle = rounds.len() / 2;
-        let median = if rounds.len().is_multiple_of(2) {
-            f64::midpoint(rounds[middle - 1], rounds[middle])
-        } else {
-            rounds[middle]
-        };
-        Some(Self { median, min, max })
     }
 }
 
@@ -101,7 +77,7 @@ pub fn time(
     workload: &Workload,
     rounds: usize,
     progress: &mut dyn FnMut(),
-) -> Vec<[Option<Speed>; 3]> {
+) -> Vec<[Option<Spread>; 3]> {
     let mut answers = Answers::room(workload.rays.len());
     let million_rays = workload.rays.len() as f64 / 1e6;
     let mut speeds = vec![[const { Vec::new() }; 3]; contenders.len()];
@@ -118,7 +94,12 @@ pub fn time(
         }
         progress();
     }
-    speeds.into_iter().map(|modes| modes.map(Speed::of)).collect()
+    speeds.into_iter().map(|modes| modes.map(|speeds| spread(&speeds))).collect()
+}
+
+/// Of million rays a second over the rounds; `None` for a mode that a contender does not have.
+fn spread(speeds: &[f64]) -> Option<Spread> {
+    (!speeds.is_empty()).then(|| Spread::of(speeds))
 }
 
 #[cfg(test)]
@@ -127,9 +108,9 @@ mod tests {
 
     #[test]
     fn the_median_is_between() {
-        assert_eq!(Speed::of(Vec::new()), None);
-        let odd = Speed::of(vec![3.0, 1.0, 2.0]);
-        assert_eq!(odd, Some(Speed { median: 2.0, min: 1.0, max: 3.0 }));
-        assert_eq!(Speed::of(vec![4.0, 1.0, 2.0, 3.0]).map(|speed| speed.median), Some(2.5));
+        assert_eq!(spread(&[]), None);
+        let odd = spread(&[3.0, 1.0, 2.0]);
+        assert_eq!(odd, Some(Spread { median: 2.0, min: 1.0, max: 3.0 }));
+        assert_eq!(spread(&[4.0, 1.0, 2.0, 3.0]).map(|speed| speed.median), Some(2.5));
     }
 }

@@ -13,7 +13,6 @@ use core::arch::x86_64::{
     _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps,
     _mm256_srli_epi32, _mm256_sub_ps, _mm256_xor_ps,
 };
-use core::ops::ControlFlow;
 
 use super::lanes::{DISTANCE, EARLIER, FAR, LATER, LaneRay, Lanes, SUM, UNDERFLOW};
 use super::walk::{walk_each_in_lanes, walk_in_lanes};
@@ -24,7 +23,7 @@ enum Avx2 {}
 
 /// See `walk_in_lanes`.
 #[inline]
-pub(super) fn walk<Q: Query>(rows: &[Row], head: Head, query: &mut Q) -> ControlFlow<()> {
+pub(super) fn walk<Q: Query>(rows: &[Row], head: Head, query: &mut Q) {
     // SAFETY: only called where `Vectors::has_avx2` is true, which `Vectors::detect` alone can make so,
     // after the processor and the system said that they have AVX2.
     unsafe { walk_with_avx2(rows, head, query) }
@@ -33,8 +32,8 @@ pub(super) fn walk<Q: Query>(rows: &[Row], head: Head, query: &mut Q) -> Control
 // A function of its own, so that its registers are not shared with those of the caller.
 #[inline(never)]
 #[target_feature(enable = "avx2")]
-fn walk_with_avx2<Q: Query>(rows: &[Row], head: Head, query: &mut Q) -> ControlFlow<()> {
-    walk_in_lanes::<Avx2, Q>(rows, head, query)
+fn walk_with_avx2<Q: Query>(rows: &[Row], head: Head, query: &mut Q) {
+    walk_in_lanes::<Avx2, Q>(rows, head, query);
 }
 
 /// See `walk_each_in_lanes`.

@@ -30,8 +30,6 @@ mod build;
 mod lanes;
 mod walk;
 
-use core::ops::ControlFlow;
-
 use super::{Division, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::memory::{Image, Words};
@@ -129,8 +127,8 @@ impl Structure for WideOctree {
     }
 
     #[inline]
-    fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) -> ControlFlow<()> {
-        walk::walk(image, vectors, query)
+    fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) {
+        walk::walk(image, vectors, query);
     }
 
     #[inline]

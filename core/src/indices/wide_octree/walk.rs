@@ -13,20 +13,14 @@ use crate::query::{Query, TriangleId};
 use crate::{Vec3, Vectors};
 
 #[inline]
-pub(super) fn walk<Q: Query>(
-    image: &Image<'_>,
-    vectors: Vectors,
-    query: &mut Q,
-) -> ControlFlow<()> {
-    let Some((rows, head)) = rows(image) else {
-        return ControlFlow::Continue(());
-    };
+pub(super) fn walk<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) {
+    let Some((rows, head)) = rows(image) else { return };
     #[cfg(target_arch = "x86_64")]
     if vectors.has_avx2() {
         return super::avx2::walk(rows, head, query);
     }
     let _ = vectors;
-    walk_in_lanes::<Portable, Q>(rows, head, query)
+    walk_in_lanes::<Portable, Q>(rows, head, query);
 }
 
 /// See [`Structure::traverse_each`](crate::indices::Structure::traverse_each).
@@ -49,17 +43,12 @@ pub(super) fn walk_each<Q: Query>(
 }
 
 #[inline(always)]
-pub(super) fn walk_in_lanes<L: Lanes, Q: Query>(
-    rows: &[Row],
-    head: Head,
-    query: &mut Q,
-) -> ControlFlow<()> {
+pub(super) fn walk_in_lanes<L: Lanes, Q: Query>(rows: &[Row], head: Head, query: &mut Q) {
     let Some(ray) = LaneRay::new(query.ray(), head.largest) else {
         return walk_in_f64(rows, head.root, query);
     };
     let mut walk = Walk::<L>::new(ray, head, query);
-    while walk.step(rows, query)?.is_more() {}
-    ControlFlow::Continue(())
+    while walk.step(rows, query).is_continue() {}
 }
 
 /// Rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
@@ -85,8 +74,7 @@ pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
                 walk.begin(ray, head, &query);
                 return Some((query, at));
             }
-            let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-                walk_in_f64(rows, head.root, &mut query);
+            walk_in_f64(rows, head.root, &mut query);
             finish(at, query);
         }
         None
@@ -99,7 +87,7 @@ pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
         for (walk, slot) in walks.iter_mut().zip(&mut queries) {
             let Some((query, _)) = slot else { continue };
             any = true;
-            if let ControlFlow::Continue(Progress::More) = walk.step(rows, query) {
+            if walk.step(rows, query).is_continue() {
                 continue;
             }
             if let Some((query, at)) = slot.take() {
@@ -110,20 +98,6 @@ pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
         if !any {
             return;
         }
-    }
-}
-
-/// Whether a walk goes on.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Progress {
-    More,
-    Done,
-}
-
-impl Progress {
-    #[inline(always)]
-    fn is_more(self) -> bool {
-        self == Self::More
     }
 }
 
@@ -160,10 +134,10 @@ impl<L: Lanes> Walk<L> {
         self.stack.clear();
     }
 
-    /// Enters one node.
+    /// Enters one node; `Break` when the walk is over.
     #[inline(always)]
-    fn step<Q: Query>(&mut self, rows: &[Row], query: &mut Q) -> ControlFlow<(), Progress> {
-        const DONE: ControlFlow<(), Progress> = ControlFlow::Continue(Progress::Done);
+    fn step<Q: Query>(&mut self, rows: &[Row], query: &mut Q) -> ControlFlow<()> {
+        const DONE: ControlFlow<()> = ControlFlow::Break(());
         query.enter();
         let link = self.link;
         let (mut keys, mut row);
@@ -193,7 +167,7 @@ impl<L: Lanes> Walk<L> {
         self.edge = f32::from_bits(node[EDGES_ROW][lane]);
         let pushed = self.stack.push((L::without(keys, lane), row)).is_ok();
         debug_assert!(pushed, "validation bounds the depth");
-        ControlFlow::Continue(Progress::More)
+        ControlFlow::Continue(())
     }
 }
 
@@ -224,7 +198,7 @@ fn test_leaf<L: Lanes, Q: Query>(
 /// For rays beyond what `lanes` can bound: box by box, triangle by triangle.
 #[cold]
 #[inline(never)]
-fn walk_in_f64<Q: Query>(rows: &[Row], root: u32, query: &mut Q) -> ControlFlow<()> {
+fn walk_in_f64<Q: Query>(rows: &[Row], root: u32, query: &mut Q) {
     let ray = RaySpan::new(query.ray());
     let mut stack = heapless::Vec::<(u32, Span), { STACK * LANES }>::new();
     let mut next = Some((root, ray.whole()));
@@ -238,7 +212,9 @@ fn walk_in_f64<Q: Query>(rows: &[Row], root: u32, query: &mut Q) -> ControlFlow<
             let Some(leaf) = leaf_at(rows, link) else { continue };
             query.count_tests(leaf_count(link));
             for (lane, &id) in leaf[IDS_ROW].iter().enumerate().take(leaf_count(link) as usize) {
-                query.decide(TriangleId(id), &triangle_at(leaf, lane))?;
+                if query.decide(TriangleId(id), &triangle_at(leaf, lane)).is_break() {
+                    return;
+                }
             }
             continue;
         }
@@ -256,5 +232,4 @@ fn walk_in_f64<Q: Query>(rows: &[Row], root: u32, query: &mut Q) -> ControlFlow<
             }
         }
     }
-    ControlFlow::Continue(())
 }

@@ -1,0 +1,170 @@
+//! Filing triangles in the cells of a tree, from the root down: what `octants` and `plane_tree` share.
+//!
+//! ```text
+//! ids    | root's list | a child's list | a grandchild's list | ...     one for each level on the way down
+//! parts  | in which parts of its cell each of these lies, one bit each
+//! leaf:  count | id id id ...
+//! ```
+//! Only the lists on the way down are kept: a child's is gathered behind its parent's, and the next child's
+//! overwrites it. A triangle may be filed in several parts. Links count words from the group's first, with
+//! the highest bit set for a leaf.
+
+use super::cell::Cell;
+use super::{Group, Local};
+use crate::auto::{CostModel, Estimate};
+use crate::memory::{Arena, Words, size_of_slice};
+use crate::{BuildError, Triangle};
+
+pub(super) const LEAF: u32 = 1 << 31;
+/// Links have 31 bits.
+const MOST_WORDS: usize = 1 << 31;
+
+/// Room for the lists of `levels` levels below the root, none longer than the one above.
+pub(super) struct Lists<'s> {
+    ids: &'s mut [u32],
+    parts: &'s mut [u8],
+}
+
+impl<'s> Lists<'s> {
+    pub fn scratch_bytes(triangle_count: usize, levels: usize) -> usize {
+        let entries = triangle_count.saturating_mul(levels + 1);
+        size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
+    }
+
+    /// The root's list is the whole group.
+    pub fn new(
+        group: &Group<'_>,
+        levels: usize,
+        scratch: &'s mut [u8],
+    ) -> Result<Self, BuildError> {
+        let count = group.ids.len();
+        let needed = Self::scratch_bytes(count, levels);
+        let full = BuildError::ScratchFull { needed, given: scratch.len() };
+        let entries = count.saturating_mul(levels + 1);
+        let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+        let ids = arena.take::<u32>(entries).ok_or(full)?;
+        let parts = arena.take::<u8>(entries).ok_or(full)?;
+        for (slot, &id) in ids.iter_mut().zip(group.ids) {
+            *slot = id;
+        }
+        Ok(Self { ids, parts })
+    }
+}
+
+/// The triangles of a cell: a run of the lists.
+#[derive(Clone, Copy)]
+pub(super) struct List {
+    from: usize,
+    to: usize,
+}
+
+impl List {
+    pub fn is_empty(self) -> bool {
+        self.from == self.to
+    }
+}
+
+/// A node that is about to be written.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    pub list: List,
+    /// Where it begins, from the group's first word.
+    pub place: u32,
+    /// The chance that a ray through the group enters it.
+    probability: f64,
+}
+
+/// The state of a build, or of an attempt that only counts.
+pub(super) struct Filing<'b, 'g, 's, 'w> {
+    pub group: &'b Group<'g>,
+    pub words: &'b mut Words<'w>,
+    lists: &'b mut Lists<'s>,
+    root_surface: f64,
+    estimate: Estimate,
+    /// The word from which links count.
+    start: usize,
+}
+
+impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
+    /// Writes a tree: `root` appends the root's node, with the list of the whole group, and returns the link
+    /// to it. Returns the estimated cost.
+    pub fn write(
+        group: &'b Group<'g>,
+        model: &CostModel,
+        lists: &'b mut Lists<'s>,
+        words: &'b mut Words<'w>,
+        root_cell: &Cell,
+        root: impl FnOnce(&mut Self, List) -> Result<u32, BuildError>,
+    ) -> Result<f64, BuildError> {
+        let start = words.len();
+        let link_place = words.push(0);
+        let root_surface = root_cell.surface_within(&group.bounds);
+        let estimate = Estimate::new(model);
+        let mut filing = Self { group, words, lists, root_surface, estimate, start };
+        let link = root(&mut filing, List { from: 0, to: group.ids.len() })?;
+        filing.words.set(link_place, link);
+        Ok(filing.estimate.total())
+    }
+
+    /// The triangles of a list.
+    pub fn ids(&self, list: List) -> &[u32] {
+        self.lists.ids.get(list.from..list.to).unwrap_or(&[])
+    }
+
+    /// Begins the node of a cell.
+    pub fn begin(&mut self, list: List, cell: &Cell) -> Result<Node, BuildError> {
+        let place = self.words.len() - self.start;
+        if place.saturating_add(list.to - list.from) >= MOST_WORDS {
+            return Err(BuildError::TooLarge);
+        }
+        let surface = cell.surface_within(&self.group.bounds);
+        // A group on a line has no surface; every ray that meets it meets all of it.
+        let probability = if self.root_surface > 0.0 { surface / self.root_surface } else { 1.0 };
+        self.estimate.add_node(probability);
+        Ok(Node { list, place: place as u32, probability })
+    }
+
+    /// Makes the node a leaf, and returns the link to it.
+    pub fn leaf(&mut self, node: Node) -> u32 {
+        let ids = self.lists.ids.get(node.list.from..node.list.to).unwrap_or(&[]);
+        self.estimate.add_tests(node.probability, ids.len());
+        self.words.push(ids.len() as u32);
+        self.words.extend(ids);
+        node.place | LEAF
+    }
+
+    /// Notes in which parts each triangle lies, one bit a part, and returns all bits together.
+    pub fn mark(&mut self, list: List, mut parts_of: impl FnMut(&Triangle) -> u8) -> u8 {
+        let mut all = 0;
+        for at in list.from..list.to {
+            let id = self.lists.ids.get(at).copied().unwrap_or(0) as usize;
+            let parts = self.group.triangles.get(id).map_or(0, &mut parts_of);
+            all |= parts;
+            if let Some(slot) = self.lists.parts.get_mut(at) {
+                *slot = parts;
+            }
+        }
+        all
+    }
+
+    /// Gathers the triangles of one part behind the list.
+    pub fn gather(&mut self, list: List, part: u32) -> List {
+        let mut end = list.to;
+        for at in list.from..list.to {
+            let inside = self.lists.parts.get(at).is_some_and(|parts| parts >> part & 1 == 1);
+            if inside && let Some(&id) = self.lists.ids.get(at) {
+                if let Some(slot) = self.lists.ids.get_mut(end) {
+                    *slot = id;
+                }
+                end += 1;
+            }
+        }
+        List { from: list.to, to: end }
+    }
+}
+
+/// The number of triangles of a leaf at `place`, if it is one that `Filing` may have written.
+pub(super) fn check_leaf(local: &Local<'_>, place: u32) -> Option<u32> {
+    let count = local.word(place);
+    (count != 0 && local.are_ids(place + 1, count)).then_some(count)
+}

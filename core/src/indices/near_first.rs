@@ -1,0 +1,55 @@
+//! The walk of a binary tree, the nearer child first: what cluster tree, BVH, kd-tree and BSP tree share.
+
+use core::ops::ControlFlow;
+
+use crate::geometry::Span;
+use crate::query::Query;
+
+/// A node to be entered, and the part of the ray in it.
+pub(super) type Entry<N> = (N, Span);
+
+/// The nodes still to be entered: each level leaves one child waiting, `DEPTH` is that of the deepest.
+pub(super) struct Waiting<N, const DEPTH: usize> {
+    next: Option<Entry<N>>,
+    later: heapless::Vec<Entry<N>, DEPTH>,
+}
+
+impl<N, const DEPTH: usize> Waiting<N, DEPTH> {
+    /// Enters `near` next, if there is one, and `far` after all of it.
+    #[inline]
+    pub fn enter(&mut self, near: Option<Entry<N>>, far: Option<Entry<N>>) {
+        if let Some(far) = far {
+            let pushed = self.later.push(far).is_ok();
+            debug_assert!(pushed, "validation bounds the depth");
+        }
+        self.next = near;
+    }
+
+    /// Enters both by where the ray enters them; of two at the same distance, the left first.
+    #[inline]
+    pub fn enter_sorted(&mut self, left: Option<Entry<N>>, right: Option<Entry<N>>) {
+        match (left, right) {
+            (Some(l), Some(r)) if r.1.from < l.1.from => self.enter(Some(r), Some(l)),
+            (None, right) => self.enter(right, None),
+            (left, right) => self.enter(left, right),
+        }
+    }
+}
+
+/// Enters the root, and of each node the nearer child at once and the other one later, unless it begins
+/// beyond [`Query::last`]. `visit` tests a leaf's triangles, or enters the children that the ray meets.
+#[inline]
+pub(super) fn walk_near_first<const DEPTH: usize, N, Q: Query>(
+    root: Entry<N>,
+    query: &mut Q,
+    mut visit: impl FnMut(N, Span, &mut Q, &mut Waiting<N, DEPTH>) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    let mut waiting = Waiting { next: Some(root), later: heapless::Vec::new() };
+    while let Some((node, span)) = waiting.next.take().or_else(|| waiting.later.pop()) {
+        if span.from <= query.last() {
+            query.enter();
+            visit(node, span, query, &mut waiting)?;
+        }
+    }
+    ControlFlow::Continue(())
+}
