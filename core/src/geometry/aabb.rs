@@ -85,15 +85,13 @@ impl Aabb {
 
     /// The square of the gap between two boxes; 0 where they touch or overlap.
     pub fn gap_squared(&self, other: &Self) -> f64 {
-        let gap = |lo0: f32, hi0: f32, lo1: f32, hi1: f32| {
-            let below = f64::from(lo1) - f64::from(hi0);
-            let above = f64::from(lo0) - f64::from(hi1);
-            let gap = if below > above { below } else { above };
+        // Apart, the higher of the lower bounds lies above the lower of the upper ones.
+        let (from, to) = (self.hi.min(other.hi), self.lo.max(other.lo));
+        let gap = |from: f32, to: f32| {
+            let gap = f64::from(to) - f64::from(from);
             if gap > 0.0 { gap } else { 0.0 }
         };
-        let x = gap(self.lo.x, self.hi.x, other.lo.x, other.hi.x);
-        let y = gap(self.lo.y, self.hi.y, other.lo.y, other.hi.y);
-        let z = gap(self.lo.z, self.hi.z, other.lo.z, other.hi.z);
+        let (x, y, z) = (gap(from.x, to.x), gap(from.y, to.y), gap(from.z, to.z));
         x * x + y * y + z * z
     }
 
