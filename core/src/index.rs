@@ -14,7 +14,7 @@ use crate::memory::{
     size_of_slice,
 };
 use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
-use crate::{BuildError, ImageError, Options, Scene, Vectors};
+use crate::{BuildError, Executor, ImageError, Options, Scene, Sequential, Vectors};
 
 /// Answers ray queries. Every index over the same triangles gives the same bits.
 pub trait RayIndex {
@@ -107,7 +107,20 @@ impl<'a, R: Representation> Index<'a, R> {
         options: &Options,
         scratch: &mut [u8],
     ) -> Result<Capacity, BuildError> {
-        match Self::build(scene, options, &mut [], scratch) {
+        Self::capacity_with(scene, options, scratch, &Sequential)
+    }
+
+    /// As [`Index::capacity`], with the help of an executor.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn capacity_with(
+        scene: &Scene<'_>,
+        options: &Options,
+        scratch: &mut [u8],
+        executor: &impl Executor,
+    ) -> Result<Capacity, BuildError> {
+        match Self::build_with(scene, options, &mut [], scratch, executor) {
             Err(BuildError::ArenaFull { needed, .. }) => Ok(Capacity {
                 index: needed,
                 scratch: Self::scratch_capacity(scene.triangles.len(), options),
@@ -131,6 +144,23 @@ impl<'a, R: Representation> Index<'a, R> {
         options: &Options,
         arena: &'a mut [u8],
         scratch: &mut [u8],
+    ) -> Result<Self, BuildError> {
+        Self::build_with(scene, options, arena, scratch, &Sequential)
+    }
+
+    /// As [`Index::build`], with the help of an executor; the same bytes.
+    ///
+    /// The wide octree divides its triangles in branches that may run at once; clusters, and the other
+    /// indices, are built one after the other.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn build_with(
+        scene: &Scene<'_>,
+        options: &Options,
+        arena: &'a mut [u8],
+        scratch: &mut [u8],
+        executor: &impl Executor,
     ) -> Result<Self, BuildError> {
         scene.check()?;
         options.check()?;
@@ -179,7 +209,7 @@ impl<'a, R: Representation> Index<'a, R> {
         let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
         let mut words = Words::new(bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default());
         let division = Division { triangles, clusters: &clusters, nodes: &mut *nodes };
-        R::Structure::build(division, options, &mut words, scratch)?;
+        R::Structure::build(division, options, &mut words, scratch, executor)?;
         if words.len() > u32::MAX as usize {
             return Err(BuildError::TooLarge);
         }

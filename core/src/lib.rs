@@ -45,6 +45,7 @@
 pub mod auto;
 pub mod cluster;
 mod error;
+mod executor;
 pub mod geometry;
 mod index;
 pub mod indices;
@@ -54,6 +55,7 @@ mod scene;
 mod vectors;
 
 pub use error::{BuildError, ImageError};
+pub use executor::{Executor, Sequential};
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
 pub use index::{Capacity, Index, RayIndex, Representation};

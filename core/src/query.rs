@@ -134,12 +134,14 @@ pub(crate) struct Closest<'r, C> {
 }
 
 impl<'r, C: Count> Closest<'r, C> {
+    #[inline]
     pub fn new(ray: &'r Ray, count: C) -> Self {
         let t = ray.t_max();
         let id = Hit::NONE.triangle;
         Self { ray, count, id, t, meeting: None }
     }
 
+    #[inline]
     pub fn finish(self) -> Option<Hit> {
         let (u, v) = self.meeting?.weights();
         Some(Hit { triangle: self.id, t: self.t, u, v })
@@ -188,6 +190,7 @@ pub(crate) struct Occluded<'r, C> {
 }
 
 impl<'r, C: Count> Occluded<'r, C> {
+    #[inline]
     pub fn new(ray: &'r Ray, count: C) -> Self {
         Self { ray, count, found: false }
     }

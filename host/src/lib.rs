@@ -25,9 +25,11 @@ pub mod peers;
 pub mod photon;
 pub mod report;
 pub mod scene;
+mod threads;
 
 pub use automatic::select_index;
 pub use owned_index::{OwnedIndex, kind_by_name, kind_names};
+pub use threads::Threads;
 
 /// The code of the project's front page, compiled and run.
 #[cfg(doctest)]

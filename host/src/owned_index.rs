@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use arboleda::{AnyIndex, Block, BuildError, IndexKind, Options, Scene};
+use arboleda::{AnyIndex, Block, BuildError, Executor, IndexKind, Options, Scene, Sequential};
 
 /// An index of any kind that owns its memory.
 pub struct OwnedIndex {
@@ -14,7 +14,7 @@ pub struct OwnedIndex {
 }
 
 impl OwnedIndex {
-    /// Finds out how much memory is needed, allocates that much, and builds.
+    /// Finds out how much memory is needed, allocates that much, and builds, in the caller's thread.
     ///
     /// # Errors
     /// As [`arboleda::Index::build`], without those about space.
@@ -23,13 +23,26 @@ impl OwnedIndex {
         scene: &Scene<'_>,
         options: &Options,
     ) -> Result<Self, BuildError> {
+        Self::build_with(kind, scene, options, &Sequential)
+    }
+
+    /// As [`OwnedIndex::build`], with the help of an executor, as [`crate::Threads`]; the same bytes.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn build_with(
+        kind: IndexKind,
+        scene: &Scene<'_>,
+        options: &Options,
+        executor: &impl Executor,
+    ) -> Result<Self, BuildError> {
         let scratch_bytes = kind.scratch_capacity(scene.triangles().len(), options);
         let mut scratch = vec![Block::ZERO; Block::count(scratch_bytes)];
         let scratch = Block::bytes(&mut scratch);
-        let bytes = kind.capacity(scene, options, scratch)?.index;
+        let bytes = kind.capacity_with(scene, options, scratch, executor)?.index;
         let mut blocks = vec![Block::ZERO; Block::count(bytes)];
         let start = Instant::now();
-        kind.build(scene, options, Block::bytes(&mut blocks), scratch)?;
+        kind.build_with(scene, options, Block::bytes(&mut blocks), scratch, executor)?;
         let build_seconds = start.elapsed().as_secs_f64();
         Ok(Self { kind, blocks, bytes, build_seconds, scratch_bytes })
     }
@@ -39,8 +52,12 @@ impl OwnedIndex {
     /// # Panics
     /// Never: the bytes are those that `build` wrote.
     pub fn index(&self) -> AnyIndex<'_> {
-        let bytes = &bytemuck::cast_slice(&self.blocks)[..self.bytes];
-        self.kind.from_bytes(bytes).expect("a built index is valid")
+        self.kind.from_bytes(self.as_bytes()).expect("a built index is valid")
+    }
+
+    /// The image.
+    pub fn as_bytes(&self) -> &[u8] {
+        &bytemuck::cast_slice(&self.blocks)[..self.bytes]
     }
 
     /// Which kind it is.

@@ -1,6 +1,6 @@
 //! Builds an index of any kind in memory of exactly the size it asks for.
 
-use arboleda::{AnyIndex, Block, BuildError, IndexKind, Options, Scene};
+use arboleda::{AnyIndex, Block, BuildError, Executor, IndexKind, Options, Scene, Sequential};
 
 /// An index that owns its bytes.
 pub struct Built {
@@ -15,12 +15,26 @@ impl Built {
     /// # Errors
     /// As the core's `build`.
     pub fn new(kind: IndexKind, scene: &Scene<'_>, options: &Options) -> Result<Self, BuildError> {
+        Self::with(kind, scene, options, &Sequential)
+    }
+
+    /// As `new`, with the help of an executor.
+    ///
+    /// # Errors
+    /// As the core's `build`.
+    pub fn with(
+        kind: IndexKind,
+        scene: &Scene<'_>,
+        options: &Options,
+        executor: &impl Executor,
+    ) -> Result<Self, BuildError> {
         let scratch_length = kind.scratch_capacity(scene.triangles().len(), options);
         let mut scratch = vec![Block::ZERO; Block::count(scratch_length)];
         let scratch = &mut Block::bytes(&mut scratch)[..scratch_length];
-        let length = kind.capacity(scene, options, scratch)?.index;
+        let length = kind.capacity_with(scene, options, scratch, executor)?.index;
         let mut blocks = vec![Block::ZERO; Block::count(length)];
-        kind.build(scene, options, &mut Block::bytes(&mut blocks)[..length], scratch)?;
+        let arena = &mut Block::bytes(&mut blocks)[..length];
+        kind.build_with(scene, options, arena, scratch, executor)?;
         Ok(Self { kind, blocks, length })
     }
 

@@ -6,8 +6,8 @@
 //! never, and they are the same for every kind.
 
 use arboleda::{
-    Counters, Hit, Index, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors,
-    WideOctree,
+    Counters, Executor, Hit, Index, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3,
+    Vectors, WideOctree,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
@@ -31,8 +31,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("bsp-tree-hierarchy", 0x708e_9625_d095_da74),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
-    ("wide-octree", 0xd093_d655_8b6c_75ae),
-    ("wide-octree-hierarchy", 0x726d_3fab_6a9e_1b86),
+    ("wide-octree", 0x53b7_415e_da62_6e52),
+    ("wide-octree-hierarchy", 0x34b3_ff58_386f_3832),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
@@ -67,6 +67,51 @@ fn images_are_the_golden_ones() {
         "images changed or are new; if that was meant, the lines are\n{}",
         wrong.join("\n")
     );
+}
+
+/// The second branch first.
+struct Backwards;
+
+impl Executor for Backwards {
+    fn join<A: Send, B: Send>(
+        &self,
+        a: impl FnOnce() -> A + Send,
+        b: impl FnOnce() -> B + Send,
+    ) -> (A, B) {
+        let b = b();
+        (a(), b)
+    }
+}
+
+/// A thread of its own for each second branch.
+struct AtOnce;
+
+impl Executor for AtOnce {
+    fn join<A: Send, B: Send>(
+        &self,
+        a: impl FnOnce() -> A + Send,
+        b: impl FnOnce() -> B + Send,
+    ) -> (A, B) {
+        std::thread::scope(|scope| {
+            let b = scope.spawn(b);
+            (a(), b.join().expect("no branch panics"))
+        })
+    }
+}
+
+/// Large enough that branches are offered to the executor, in one cluster and in several.
+#[test]
+fn executors_change_nothing() {
+    let mut triangles = scenes::soup(20_000, 3);
+    triangles.extend(scenes::moved(&scenes::icosphere(5), 0.1, Vec3::new(500.0, 0.0, 0.0)));
+    let (scene, options) = (Scene::new(&triangles), Options::default());
+    for kind in [IndexKind::WideOctree, IndexKind::WideOctreeHierarchy, IndexKind::BvhHierarchy] {
+        let one = Built::new(kind, &scene, &options).expect("an ordinary scene");
+        let backwards = Built::with(kind, &scene, &options, &Backwards).expect("the same scene");
+        assert!(one.bytes() == backwards.bytes(), "{} backwards", kind.name());
+        let at_once = Built::with(kind, &scene, &options, &AtOnce).expect("the same scene");
+        assert!(one.bytes() == at_once.bytes(), "{} at once", kind.name());
+    }
 }
 
 /// With and without the vector instructions that the processor has: the same answers, the same counters.

@@ -194,6 +194,7 @@ struct Approximate {
 
 impl Approximate {
     /// The sign of the exact value, by `exact` where the error leaves it in doubt.
+    #[inline]
     fn sign(self, exact: impl FnOnce() -> i32) -> i32 {
         if self.value > self.error {
             1
@@ -291,6 +292,7 @@ struct Divisor {
 }
 
 impl Divisor {
+    #[inline]
     fn new(det: Approximate, sign: i32) -> Self {
         let certain = det.error < det.value.abs() * 1e-4;
         let inverse = if certain { 1.0 / det.value } else { f64::NAN };

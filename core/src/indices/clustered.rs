@@ -11,7 +11,7 @@ use crate::geometry::{RaySpan, Span};
 use crate::index::Representation;
 use crate::memory::{Image, NodeId, Words};
 use crate::query::Query;
-use crate::{BuildError, Options, Vectors};
+use crate::{BuildError, Executor, Options, Vectors};
 
 /// A structure `S` over the clusters of the scene.
 ///
@@ -40,6 +40,7 @@ impl<L: LocalIndex> Structure for L {
         options: &Options,
         words: &mut Words<'_>,
         scratch: &mut [u8],
+        _: &impl Executor,
     ) -> Result<(), BuildError> {
         let triangles = division.triangles;
         for (leaf, ids) in division.nodes.iter_mut().zip(division.clusters.iter()) {

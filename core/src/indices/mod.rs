@@ -42,7 +42,7 @@ use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::index::Representation;
 use crate::memory::{ClusterNode, Image, Words};
 use crate::query::{Query, TriangleId};
-use crate::{BuildError, Options, Vectors};
+use crate::{BuildError, Executor, Options, Vectors};
 
 /// A spatial index over one group of triangles, written as a run of `u32` words.
 ///
@@ -107,7 +107,7 @@ pub trait Structure: 'static {
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
 
     /// Writes the index to `words`, and tells the leaves of the cluster tree which words are theirs. What
-    /// is written must depend on the arguments only, and not on words read back.
+    /// is written must depend on the other arguments only, and not on the executor or on words read back.
     ///
     /// # Errors
     /// [`BuildError::TooLarge`] if links outgrow their field.
@@ -116,6 +116,7 @@ pub trait Structure: 'static {
         options: &Options,
         words: &mut Words<'_>,
         scratch: &mut [u8],
+        executor: &impl Executor,
     ) -> Result<(), BuildError>;
 
     /// Shows `query` the triangles near its ray, until it knows the answer.

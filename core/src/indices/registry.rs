@@ -7,7 +7,7 @@ use crate::auto::CostModel;
 use crate::index::{Capacity, Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
-use crate::{BuildError, ImageError, Options, Ray, Scene, indices::Statistics};
+use crate::{BuildError, Executor, ImageError, Options, Ray, Scene, indices::Statistics};
 
 registry! {
     /// Every triangle, one after the other: the oracle.
@@ -104,6 +104,24 @@ macro_rules! registry {
                 }
             }
 
+            /// See [`Index::capacity_with`].
+            ///
+            /// # Errors
+            /// As there.
+            pub fn capacity_with(
+                self,
+                scene: &Scene<'_>,
+                options: &Options,
+                scratch: &mut [u8],
+                executor: &impl Executor,
+            ) -> Result<Capacity, BuildError> {
+                match self {
+                    $(Self::$variant => {
+                        Index::<$representation>::capacity_with(scene, options, scratch, executor)
+                    })*
+                }
+            }
+
             /// See [`Index::build`].
             ///
             /// # Errors
@@ -118,6 +136,26 @@ macro_rules! registry {
                 match self {
                     $(Self::$variant => {
                         Index::build(scene, options, arena, scratch).map(AnyIndex::$variant)
+                    })*
+                }
+            }
+
+            /// See [`Index::build_with`].
+            ///
+            /// # Errors
+            /// As there.
+            pub fn build_with<'a>(
+                self,
+                scene: &Scene<'_>,
+                options: &Options,
+                arena: &'a mut [u8],
+                scratch: &mut [u8],
+                executor: &impl Executor,
+            ) -> Result<AnyIndex<'a>, BuildError> {
+                match self {
+                    $(Self::$variant => {
+                        Index::build_with(scene, options, arena, scratch, executor)
+                            .map(AnyIndex::$variant)
                     })*
                 }
             }

@@ -52,6 +52,12 @@ impl<'a> Words<'a> {
         place
     }
 
+    /// Appends `count` words and returns them, to be set now, if the memory holds them.
+    pub fn append(&mut self, count: usize) -> Option<&mut [u32]> {
+        let place = self.reserve(count);
+        self.slots.get_mut(place..self.len)
+    }
+
     /// Overwrites the word at `place`.
     pub fn set(&mut self, place: usize, word: u32) {
         if let Some(slot) = self.slots.get_mut(place) {

@@ -11,7 +11,7 @@ use npyz::WriterBuilder;
 use rayon::prelude::*;
 
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
-use crate::OwnedIndex;
+use crate::{OwnedIndex, Threads};
 
 /// So many of the rays, evenly spread, tell the automatic choice of an index what is asked.
 const SAMPLE_RAYS: usize = 1024;
@@ -79,7 +79,8 @@ impl Cast {
             Ok(rays.iter().step_by(step).filter_map(|ray| ray.ok()).collect())
         })?;
         for &kind in &kinds {
-            let owned = OwnedIndex::build(kind, &scene, &self.build.options())?;
+            let owned =
+                OwnedIndex::build_with(kind, &scene, &self.build.options(), &Threads::default())?;
             let path = if self.index.is_all() {
                 named(&self.hits, kind.name())
             } else {

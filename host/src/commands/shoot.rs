@@ -8,11 +8,11 @@ use clap::Args;
 
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{bytes, count, duration, photon_bar, say, table};
-use crate::OwnedIndex;
 use crate::bench::rays::RaySet;
 use crate::photon::{Counting, Digest, ShootOptions, Shot, shoot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::{AreaLight, Model};
+use crate::{OwnedIndex, Threads};
 
 /// With `--index all`, the linear scan answers so many photons only, and the others as many again.
 pub const LINEAR_PHOTONS: u64 = 256;
@@ -163,11 +163,12 @@ impl Comparison<'_> {
             photons: self.options.photons.min(LINEAR_PHOTONS),
             ..self.options.clone()
         };
+        let threads = Threads::new(self.options.threads);
+        let (scene, options) = (self.build.scene(self.model), self.build.options());
         let mut rows = Vec::new();
         for &kind in kinds {
-            let owned =
-                OwnedIndex::build(kind, &self.build.scene(self.model), &self.build.options())
-                    .with_context(|| format!("cannot build {}", kind.name()))?;
+            let owned = OwnedIndex::build_with(kind, &scene, &options, &threads)
+                .with_context(|| format!("cannot build {}", kind.name()))?;
             let index = owned.index();
             let clusters = index.image().cluster_count();
             let index = index.as_ray_index();

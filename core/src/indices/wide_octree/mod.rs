@@ -34,7 +34,7 @@ use super::{Division, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::memory::{Image, Words};
 use crate::query::Query;
-use crate::{BuildError, Options, Triangle, Vec3, Vectors};
+use crate::{BuildError, Executor, Options, Triangle, Vec3, Vectors};
 
 /// The wide octree, alone or as the local index of a hierarchy.
 pub enum WideOctree {}
@@ -122,8 +122,9 @@ impl Structure for WideOctree {
         _: &Options,
         words: &mut Words<'_>,
         scratch: &mut [u8],
+        executor: &impl Executor,
     ) -> Result<(), BuildError> {
-        build::build(division, words, scratch)
+        build::build(division, words, scratch, executor)
     }
 
     #[inline]
