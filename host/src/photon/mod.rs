@@ -28,4 +28,4 @@ pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
 pub use shoot::{CHUNK, Counting, ShootOptions, shoot};
 pub use shot::Shot;
-pub use trace::{DEFAULT_MAX_BOUNCES, PathEnd, Segment, Tracer};
+pub use trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};

@@ -1,15 +1,17 @@
 //! Shoots many photons on all processors.
 //!
 //! ```text
-//! photons 0 .. 4095 | 4096 .. 8191 | ...      chunks, of a size that does not depend on threads
+//! photons 0 .. 1023 | 1024 .. 2047 | ...      chunks, of a size that does not depend on threads
 //!     Tally             Tally                 counts, and a hash of the chunk's hits
 //!        \--- in the order of the chunks ---/
 //!                  Shot                       sums, and a hash of the hashes
 //! ```
 //!
-//! All sums are of integers and all hashes in the order of photons, so the result is the same for
-//! any number of threads.
+//! The photons of a chunk go in waves: first all from the light, then all that are left from where they
+//! bounced, so that the index is asked about many rays at once. All sums are of integers; hits are hashed in
+//! the order of waves, and in a wave of photons, so the result is the same for any number of threads.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -18,12 +20,12 @@ use rayon::prelude::*;
 
 use super::digest::Digest;
 use super::shot::Shot;
-use super::trace::{DEFAULT_MAX_BOUNCES, PathEnd, Segment, Tracer};
+use super::trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};
 use crate::scene::Model;
 
-/// Photons to a chunk. It is part of the digest's definition: some milliseconds of work, long enough that
-/// handing chunks out costs nothing, short enough that threads finish together.
-pub const CHUNK: u64 = 4096;
+/// Photons to a chunk. It is part of the digest's definition: long enough that handing chunks out costs
+/// nothing, short enough that a wave stays in the cache.
+pub const CHUNK: u64 = 1024;
 
 /// Bytes of an event in a hash: photon, bounce, triangle, `t`, `u`, `v`, little-endian.
 const EVENT_BYTES: usize = 8 + 5 * 4;
@@ -133,14 +135,12 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
             let end = photons.min(first.saturating_add(CHUNK));
             let mut tally = Tally::default();
             let mut events = EventHasher::new();
-            for photon in first..end {
-                tally.add_photon(&tracer, photon, index, options.counting, |segment, hit| {
-                    events.add(segment, hit);
-                    if let Some(count) = hit_counts.get(hit.triangle.0 as usize) {
-                        count.fetch_add(1, Ordering::Relaxed);
-                    }
-                });
-            }
+            tally.add_photons(&tracer, first..end, index, options.counting, |segment, hit| {
+                events.add(segment, hit);
+                if let Some(count) = hit_counts.get(hit.triangle.0 as usize) {
+                    count.fetch_add(1, Ordering::Relaxed);
+                }
+            });
             tally.digest = events.finish();
             progress(end - first);
             tally
@@ -187,39 +187,64 @@ struct Tally {
 }
 
 impl Tally {
+    /// Follows some photons, wave by wave.
     #[inline]
-    fn add_photon<I: RayIndex + ?Sized>(
+    fn add_photons<I: RayIndex + ?Sized>(
         &mut self,
         tracer: &Tracer<'_>,
-        photon: u64,
+        photons: Range<u64>,
         index: &I,
         counting: Counting,
         mut on_hit: impl FnMut(&Segment, &Hit),
     ) {
-        let counters = &mut self.counters;
-        let mut last_bounce = 0;
-        let end = tracer.follow(
-            photon,
-            |ray| match counting {
-                Counting::Off => index.closest_hit(ray),
-                Counting::On => index.closest_hit_counted(ray, counters),
-            },
-            |segment| {
-                self.ray_count += 1;
-                last_bounce = segment.bounce;
-                if let Some(hit) = &segment.hit {
-                    self.hit_count += 1;
-                    on_hit(segment, hit);
+        let mut paths = Vec::new();
+        for photon in photons {
+            match tracer.emit(photon) {
+                Some(Ok(path)) => paths.push(path),
+                // `None` cannot be: a dark model shoots no photons.
+                Some(Err(_)) | None => self.refused += 1,
+            }
+        }
+        let (mut rays, mut hits) = (Vec::new(), Vec::new());
+        while !paths.is_empty() {
+            rays.clear();
+            rays.extend(paths.iter().map(Path::ray).copied());
+            hits.clear();
+            hits.resize(rays.len(), Hit::NONE);
+            match counting {
+                Counting::Off => index.closest_hits(&rays, &mut hits),
+                Counting::On => {
+                    for (ray, slot) in rays.iter().zip(&mut hits) {
+                        let hit = index.closest_hit_counted(ray, &mut self.counters);
+                        *slot = hit.unwrap_or(Hit::NONE);
+                    }
                 }
-            },
-        );
-        self.bounce_count += u64::from(last_bounce);
+            }
+            let mut hits = hits.iter();
+            paths.retain_mut(|path| {
+                let hit = hits.next().filter(|hit| !hit.is_none());
+                let segment = path.segment(hit.copied());
+                self.ray_count += 1;
+                if let Some(hit) = hit {
+                    self.hit_count += 1;
+                    on_hit(&segment, hit);
+                }
+                let end = tracer.bounce(path, segment.hit);
+                if let Some(end) = end {
+                    self.bounce_count += u64::from(segment.bounce);
+                    self.end(end);
+                }
+                end.is_none()
+            });
+        }
+    }
+
+    fn end(&mut self, end: PathEnd) {
         match end {
-            Some(PathEnd::Absorbed) => self.absorbed += 1,
-            Some(PathEnd::Escaped) => self.escaped += 1,
-            Some(PathEnd::CutOff) => self.cut_off += 1,
-            // `None` cannot be: a dark model shoots no photons.
-            Some(PathEnd::Refused) | None => self.refused += 1,
+            PathEnd::Absorbed => self.absorbed += 1,
+            PathEnd::Escaped => self.escaped += 1,
+            PathEnd::CutOff => self.cut_off += 1,
+            PathEnd::Refused => self.refused += 1,
         }
     }
 

@@ -55,6 +55,27 @@ pub enum PathEnd {
     Refused,
 }
 
+/// A photon on its way.
+#[derive(Clone, Debug)]
+pub struct Path {
+    photon: u64,
+    bounce: u32,
+    ray: Ray,
+    random: PhotonRandom,
+}
+
+impl Path {
+    /// Where it goes next.
+    pub fn ray(&self) -> &Ray {
+        &self.ray
+    }
+
+    /// The piece that ends at `hit`.
+    pub fn segment(&self, hit: Option<Hit>) -> Segment {
+        Segment { photon: self.photon, bounce: self.bounce, ray: self.ray, hit }
+    }
+}
+
 /// Follows the photons of a model.
 #[derive(Clone, Debug)]
 pub struct Tracer<'m> {
@@ -75,10 +96,49 @@ impl<'m> Tracer<'m> {
         &self.emitter
     }
 
+    /// Lets one photon leave the light.
+    ///
+    /// A model without light emits nothing: `None`. Allocates nothing and never panics; so below.
+    #[inline]
+    pub fn emit(&self, photon: u64) -> Option<Result<Path, PathEnd>> {
+        let mut random = PhotonRandom::new(self.seed, photon);
+        let emission = self.emitter.emit(&mut random)?;
+        let ray = Ray::new(emission.origin, emission.direction);
+        Some(ray.map(|ray| Path { photon, bounce: 0, ray, random }).map_err(|_| PathEnd::Refused))
+    }
+
+    /// Lets a photon bounce where its ray hits, or says how its path ends there.
+    #[inline]
+    pub fn bounce(&self, path: &mut Path, hit: Option<Hit>) -> Option<PathEnd> {
+        let Some(hit) = hit else {
+            return Some(PathEnd::Escaped);
+        };
+        // A draw is below 1: a reflectance of 1 always survives, 0 and NaN never do.
+        let id = hit.triangle.0 as usize;
+        let reflectance = self.model.reflectance.get(id).copied().unwrap_or(0.0);
+        let survives = path.random.uniform() < reflectance;
+        if !survives {
+            return Some(PathEnd::Absorbed);
+        }
+        if path.bounce >= self.max_bounces {
+            return Some(PathEnd::CutOff);
+        }
+
+        let bounced = self.model.triangles.get(id).and_then(|triangle| {
+            let departure = Departure::new(triangle, &hit, path.ray.direction())?;
+            let direction = cosine_direction(departure.unit_normal(), &mut path.random);
+            departure.ray(direction.rounded())
+        });
+        let Some(bounced) = bounced else {
+            return Some(PathEnd::Refused);
+        };
+        path.ray = bounced;
+        path.bounce += 1;
+        None
+    }
+
     /// Follows one photon. `closest_hit` asks an index over the model's triangles; `observe` sees
     /// each segment in order.
-    ///
-    /// A model without light emits nothing: `None`. Allocates nothing and never panics.
     #[inline]
     pub fn follow(
         &self,
@@ -86,40 +146,16 @@ impl<'m> Tracer<'m> {
         mut closest_hit: impl FnMut(&Ray) -> Option<Hit>,
         mut observe: impl FnMut(&Segment),
     ) -> Option<PathEnd> {
-        let mut random = PhotonRandom::new(self.seed, photon);
-        let emission = self.emitter.emit(&mut random)?;
-        let Ok(mut ray) = Ray::new(emission.origin, emission.direction) else {
-            return Some(PathEnd::Refused);
+        let mut path = match self.emit(photon)? {
+            Ok(path) => path,
+            Err(end) => return Some(end),
         };
-        let mut bounce = 0;
         loop {
-            let hit = closest_hit(&ray);
-            observe(&Segment { photon, bounce, ray, hit });
-            let Some(hit) = hit else {
-                return Some(PathEnd::Escaped);
-            };
-
-            // A draw is below 1: a reflectance of 1 always survives, 0 and NaN never do.
-            let id = hit.triangle.0 as usize;
-            let reflectance = self.model.reflectance.get(id).copied().unwrap_or(0.0);
-            let survives = random.uniform() < reflectance;
-            if !survives {
-                return Some(PathEnd::Absorbed);
+            let hit = closest_hit(path.ray());
+            observe(&path.segment(hit));
+            if let Some(end) = self.bounce(&mut path, hit) {
+                return Some(end);
             }
-            if bounce >= self.max_bounces {
-                return Some(PathEnd::CutOff);
-            }
-
-            let bounced = self.model.triangles.get(id).and_then(|triangle| {
-                let departure = Departure::new(triangle, &hit, ray.direction())?;
-                let direction = cosine_direction(departure.unit_normal(), &mut random);
-                departure.ray(direction.rounded())
-            });
-            let Some(bounced) = bounced else {
-                return Some(PathEnd::Refused);
-            };
-            ray = bounced;
-            bounce += 1;
         }
     }
 
