@@ -142,8 +142,8 @@ impl<'r, C: Count> Closest<'r, C> {
     }
 
     #[inline]
-    pub fn finish(self) -> Option<Hit> {
-        let (u, v) = self.meeting?.weights();
+    pub fn finish(&self) -> Option<Hit> {
+        let (u, v) = self.meeting.as_ref()?.weights();
         Some(Hit { triangle: self.id, t: self.t, u, v })
     }
 }

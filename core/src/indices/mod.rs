@@ -122,19 +122,19 @@ pub trait Structure: 'static {
     /// Shows `query` the triangles near its ray, until it knows the answer.
     fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q);
 
-    /// Answers `count` queries, in any order: `start` makes the one of a number, `finish` takes it back.
+    /// Answers `count` queries, in any order: `start` makes the one of a number, `finish` sees it answered.
     #[inline]
     fn traverse_each<Q: Query>(
         image: &Image<'_>,
         vectors: Vectors,
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
-        mut finish: impl FnMut(usize, Q),
+        mut finish: impl FnMut(usize, &Q),
     ) {
         for place in 0..count {
             let Some(mut query) = start(place) else { return };
             Self::traverse(image, vectors, &mut query);
-            finish(place, query);
+            finish(place, &query);
         }
     }
 

@@ -43,7 +43,7 @@ pub(super) fn walk_each<Q: Query>(
     head: Head,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
-    finish: impl FnMut(usize, Q),
+    finish: impl FnMut(usize, &Q),
 ) {
     // SAFETY: see `walk`.
     unsafe { walk_each_with_avx2(rows, head, count, start, finish) }
@@ -57,7 +57,7 @@ fn walk_each_with_avx2<Q: Query>(
     head: Head,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
-    finish: impl FnMut(usize, Q),
+    finish: impl FnMut(usize, &Q),
 ) {
     walk_each_in_lanes::<Avx2, Q>(rows, head, count, start, finish);
 }

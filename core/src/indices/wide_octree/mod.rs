@@ -138,7 +138,7 @@ impl Structure for WideOctree {
         vectors: Vectors,
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
-        finish: impl FnMut(usize, Q),
+        finish: impl FnMut(usize, &Q),
     ) {
         walk::walk_each(image, vectors, count, start, finish);
     }

@@ -30,7 +30,7 @@ pub(super) fn walk_each<Q: Query>(
     vectors: Vectors,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
-    finish: impl FnMut(usize, Q),
+    finish: impl FnMut(usize, &Q),
 ) {
     // Without rows there is nothing to be hit.
     let (rows, head) = rows(image).unwrap_or((&[], Head { root: EMPTY, edge: 0.0, largest: 0.0 }));
@@ -61,44 +61,50 @@ pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
     head: Head,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
-    mut finish: impl FnMut(usize, Q),
+    mut finish: impl FnMut(usize, &Q),
 ) {
-    let mut place = 0;
-    // The next ray that lanes can take; the others are answered at once.
-    let mut next = |walk: &mut Walk<L>, finish: &mut dyn FnMut(usize, Q)| {
-        while place < count {
-            let at = place;
-            place += 1;
-            let mut query = start(at)?;
+    let mut places = 0..count;
+    // Takes the next ray that lanes can take; the others are answered at once.
+    let mut next = |turn: &mut Turn<L, Q>, finish: &mut dyn FnMut(usize, &Q)| {
+        for place in places.by_ref() {
+            turn.place = place;
+            turn.query = start(place);
+            let Some(query) = &mut turn.query else { return };
             if let Some(ray) = LaneRay::new(query.ray(), head.largest) {
-                walk.begin(ray, head, &query);
-                return Some((query, at));
+                turn.walk.begin(ray, head, query);
+                return;
             }
-            walk_in_f64(rows, head.root, &mut query);
-            finish(at, query);
+            walk_in_f64(rows, head.root, query);
+            finish(place, query);
         }
-        None
+        turn.query = None;
     };
-    let mut walks: [Walk<L>; IN_TURN] = core::array::from_fn(|_| Walk::idle());
-    let mut queries: [Option<(Q, usize)>; IN_TURN] =
-        core::array::from_fn(|turn| next(&mut walks[turn], &mut finish));
+    let mut turns: [Turn<L, Q>; IN_TURN] =
+        core::array::from_fn(|_| Turn { walk: Walk::idle(), query: None, place: 0 });
+    for turn in &mut turns {
+        next(turn, &mut finish);
+    }
     loop {
         let mut any = false;
-        for (walk, slot) in walks.iter_mut().zip(&mut queries) {
-            let Some((query, _)) = slot else { continue };
+        for turn in &mut turns {
+            let Some(query) = &mut turn.query else { continue };
             any = true;
-            if walk.step(rows, query).is_continue() {
-                continue;
+            if turn.walk.step(rows, query).is_break() {
+                finish(turn.place, query);
+                next(turn, &mut finish);
             }
-            if let Some((query, at)) = slot.take() {
-                finish(at, query);
-            }
-            *slot = next(walk, &mut finish);
         }
         if !any {
             return;
         }
     }
+}
+
+/// One of the rays that take turns, if there is one.
+struct Turn<L: Lanes, Q> {
+    walk: Walk<L>,
+    query: Option<Q>,
+    place: usize,
 }
 
 /// The walk of one ray: the nearest child first. What is left of a node waits as one entry: its row, and
