@@ -7,16 +7,16 @@
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
-    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _mm_cvtsi128_si32, _mm_minpos_epu16,
-    _mm_or_si128, _mm_packus_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps,
-    _mm256_castps_si256, _mm256_castsi256_si128, _mm256_cmp_ps, _mm256_extracti128_si256,
-    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps,
-    _mm256_srli_epi32, _mm256_sub_ps, _mm256_xor_ps,
+    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_cvtsi128_si32,
+    _mm_minpos_epu16, _mm_or_si128, _mm_packus_epi32, _mm_prefetch, _mm256_add_ps, _mm256_and_ps,
+    _mm256_andnot_ps, _mm256_castps_si256, _mm256_castsi256_si128, _mm256_cmp_ps,
+    _mm256_extracti128_si256, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
+    _mm256_or_ps, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_ps, _mm256_xor_ps,
 };
 
 use super::lanes::{DISTANCE, EARLIER, FAR, LATER, LaneRay, Lanes, SUM, UNDERFLOW};
 use super::walk::{walk_each_in_lanes, walk_in_lanes};
-use super::{Head, LANES, Leaf, Node, Row};
+use super::{Head, LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::query::Query;
 
 enum Avx2 {}
@@ -69,6 +69,16 @@ impl Lanes for Avx2 {
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
         // SAFETY: only `walk_with_avx2` walks with these lanes; so below.
         unsafe { meet_boxes(node, ray, last) }
+    }
+
+    // Worth a tenth of the time of a batch in a city district, nothing in scenes that the cache holds.
+    #[inline(always)]
+    fn prefetch(rows: &[Row], link: u32) {
+        let row = (link & ROW_MASK) as usize;
+        for line in rows.get(row..row + NODE_ROWS as usize).unwrap_or(&[]).chunks_exact(2) {
+            // SAFETY: a prefetch does not access memory, and every processor with AVX2 has it.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) };
+        }
     }
 
     #[inline(always)]

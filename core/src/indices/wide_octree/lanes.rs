@@ -1,7 +1,8 @@
 //! Eight boxes, or eight triangles, against one ray, in `f32`.
 //!
-//! Plain loops over arrays of eight for every target; `avx2` has the same operations in the same order.
-//! Nothing here decides a hit; margins keep whatever is in doubt.
+//! In two vectors of four, which are SSE2, NEON or simd128 where the crate is compiled for them, and four
+//! numbers elsewhere; `avx2` has the same operations in the same order in one of eight. Nothing here
+//! decides a hit; margins keep whatever is in doubt.
 //!
 //! # Which rays
 //! `t_min >= 0`, coordinates of the origin and of the scene at most 2^28, and components of the direction
@@ -24,9 +25,11 @@
 //! last D E^2` for each of: the product, the sum with the margin, the rounding of the reported `t`. 80
 //! covers either.
 
-use glam::Vec3A;
+use core::ops::{Add, Mul, Neg, Sub};
 
-use super::{LANES, Leaf, Node};
+use glam::{Vec3A, Vec4};
+
+use super::{LANES, Leaf, Node, Row};
 use crate::geometry::Ray;
 
 /// A ray prepared for lanes.
@@ -61,16 +64,6 @@ pub(super) const DISTANCE: f32 = 80.0 * R;
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-#[inline(always)]
-fn largest([x, y, z]: [f32; 3]) -> f32 {
-    larger(x.abs(), larger(y.abs(), z.abs()))
 }
 
 impl LaneRay {
@@ -112,6 +105,10 @@ pub(super) trait Lanes {
     /// meet up to `last`.
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys;
 
+    /// Asks the memory for the first rows of a node or of a leaf, of which a walk has need in its next turn.
+    #[inline(always)]
+    fn prefetch(_: &[Row], _: u32) {}
+
     /// The lowest key, and the first lane that has it.
     fn nearest(keys: Self::Keys) -> (u16, usize);
 
@@ -135,32 +132,152 @@ pub(super) fn key(distance: f32) -> u16 {
 /// Lanes for every target.
 pub(super) enum Portable {}
 
+/// Eight numbers.
+#[derive(Clone, Copy)]
+struct Eight([Vec4; 2]);
+
+impl Eight {
+    #[inline(always)]
+    fn all(x: f32) -> Self {
+        Self([Vec4::splat(x); 2])
+    }
+
+    #[inline(always)]
+    fn of(row: &Row) -> Self {
+        Self(bytemuck::must_cast(*row))
+    }
+
+    #[inline(always)]
+    fn each(self, f: impl Fn(Vec4) -> Vec4) -> Self {
+        Self(self.0.map(f))
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, f: impl Fn(Vec4, Vec4) -> Vec4) -> Self {
+        let ([a, b], [c, d]) = (self.0, other.0);
+        Self([f(a, c), f(b, d)])
+    }
+
+    /// Where this is the smaller one, one bit each.
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        let ([a, b], [c, d]) = (self.0, other.0);
+        a.cmplt(c).bitmask() | b.cmplt(d).bitmask() << 4
+    }
+
+    /// Where this is the larger one, one bit each.
+    #[inline(always)]
+    fn above(self, other: Self) -> u32 {
+        other.below(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.each(Vec4::abs)
+    }
+
+    /// As [`larger`], for each.
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.with(other, |a, b| {
+            // There, of a NaN and a number, the instruction gives the second; elsewhere, a NaN.
+            if cfg!(target_feature = "sse2") { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) }
+        })
+    }
+
+    /// The smaller one; of a NaN and a number, the second.
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        self.with(other, |a, b| {
+            if cfg!(target_feature = "sse2") { a.min(b) } else { Vec4::select(a.cmplt(b), a, b) }
+        })
+    }
+
+    #[inline(always)]
+    fn to_bits(self) -> [u32; LANES] {
+        bytemuck::must_cast(self.0)
+    }
+}
+
+impl Add for Eight {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.with(other, Vec4::add)
+    }
+}
+
+impl Sub for Eight {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.with(other, Vec4::sub)
+    }
+}
+
+impl Mul for Eight {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.with(other, Vec4::mul)
+    }
+}
+
+impl Neg for Eight {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.each(Vec4::neg)
+    }
+}
+
+type Points = [Eight; 3];
+
+#[inline(always)]
+fn minus(a: Points, b: Points) -> Points {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn dot(a: Points, b: Points) -> Eight {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross(a: Points, b: Points) -> Points {
+    let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
+}
+
 impl Lanes for Portable {
     type Keys = [u16; LANES];
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys {
-        let mut entry = [0.0; LANES];
-        let mut exit = [f32::INFINITY; LANES];
+        let mut entry = Eight::all(0.0);
+        let mut exit = Eight::all(f32::INFINITY);
         for axis in 0..3 {
             let sign = ray.signs[axis] as usize & 1;
-            let (near, far) = (&node[2 * axis + sign], &node[2 * axis + (1 - sign)]);
-            let o = ray.origin[axis];
-            let inverse = ray.inverse[axis];
-            for lane in 0..LANES {
-                entry[lane] = larger((f32::from_bits(near[lane]) - o) * inverse, entry[lane]);
-                exit[lane] = smaller((f32::from_bits(far[lane]) - o) * inverse, exit[lane]);
-            }
+            let near = Eight::of(&node[2 * axis + sign]);
+            let far = Eight::of(&node[2 * axis + (1 - sign)]);
+            let origin = Eight::all(ray.origin[axis]);
+            let inverse = Eight::all(ray.inverse[axis]);
+            entry = ((near - origin) * inverse).larger(entry);
+            exit = ((far - origin) * inverse).smaller(exit);
         }
-        let mut keys = [FAR; LANES];
-        for lane in 0..LANES {
-            let entry = larger(entry[lane] * EARLIER, ray.t_min);
-            let exit = smaller(exit[lane] * LATER, last) + UNDERFLOW;
-            if entry <= exit {
-                keys[lane] = key(entry);
-            }
-        }
-        keys
+        let entry = (entry * Eight::all(EARLIER)).larger(Eight::all(ray.t_min));
+        let exit = (exit * Eight::all(LATER)).smaller(Eight::all(last)) + Eight::all(UNDERFLOW);
+        let missed = entry.above(exit);
+        let bits = entry.to_bits();
+        core::array::from_fn(
+            |lane| {
+                if missed >> lane & 1 == 0 { (bits[lane] >> 16) as u16 } else { FAR }
+            },
+        )
     }
 
     #[inline(always)]
@@ -183,44 +300,45 @@ impl Lanes for Portable {
         let doubt = DISTANCE * edge * edge;
         let wider = doubt * ray.reach;
         let underflow = 4.0 * ray.underflow;
-        let [ox, oy, oz] = ray.origin;
-        let [dx, dy, dz] = ray.direction;
-        let number = |row: usize, lane: usize| f32::from_bits(leaf[row][lane]);
-        let mut mask = 0;
-        for lane in 0..LANES {
-            let (px, py, pz) = (number(0, lane), number(1, lane), number(2, lane));
-            let (ax, ay, az) = (px - ox, py - oy, pz - oz);
-            let (e1x, e1y, e1z) =
-                (number(3, lane) - px, number(4, lane) - py, number(5, lane) - pz);
-            let (e2x, e2y, e2z) =
-                (number(6, lane) - px, number(7, lane) - py, number(8, lane) - pz);
-            // n = e1 x e2, q = d x a: det u = d . (e2 x a) = -e2 . q, det v = d . (a x e1) = e1 . q.
-            let (nx, ny, nz) =
-                (e1y * e2z - e1z * e2y, e1z * e2x - e1x * e2z, e1x * e2y - e1y * e2x);
-            let (qx, qy, qz) = (dy * az - dz * ay, dz * ax - dx * az, dx * ay - dy * ax);
-            let det = dx * nx + dy * ny + dz * nz;
-            let t = ax * nx + ay * ny + az * nz;
-            let u = -(e2x * qx + e2y * qy + e2z * qz);
-            let v = e1x * qx + e1y * qy + e1z * qz;
-            let w = det - u - v;
+        let all = Eight::all;
+        let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
 
-            let a = largest([ax, ay, az]);
-            let margin = sum * (edge + (a + a)) + underflow;
-            let mixed = smaller(smaller(u, v), w) < -margin && larger(larger(u, v), w) > margin;
+        // n = e1 x e2, q = d x a: det u = d . (e2 x a) = -e2 . q, det v = d . (a x e1) = e1 . q.
+        let p = corner(0);
+        let d = ray.direction.map(all);
+        let a = minus(p, ray.origin.map(all));
+        let e1 = minus(corner(3), p);
+        let e2 = minus(corner(6), p);
+        let n = cross(e1, e2);
+        let q = cross(d, a);
+        let det = dot(d, n);
+        let t = dot(a, n);
+        let u = -dot(e2, q);
+        let v = dot(e1, q);
+        let w = det - u - v;
 
-            // The quotient t / det against the interval, without dividing: both times |det|.
-            let size = det.abs();
-            let along = f32::from_bits(t.to_bits() ^ (det.to_bits() & SIGN));
-            let slack = doubt * a + underflow;
-            let late = along - slack > last * (size + wider);
-            let early = along + slack < ray.t_min * (size - wider);
-            // Only where the sign of det is certain is `along` what it says.
-            let certain = size > wider + underflow;
-            mask |= u32::from(!(mixed || certain && (late || early))) << lane;
-        }
-        mask
+        let a = a[0].abs().larger(a[1].abs().larger(a[2].abs()));
+        let margin = all(sum) * (all(edge) + (a + a)) + all(underflow);
+        let (lowest, highest) = (u.smaller(v).smaller(w), u.larger(v).larger(w));
+        let mixed = lowest.below(-margin) & highest.above(margin);
+
+        // The quotient t / det against the interval, without dividing: both times |det|.
+        let size = det.abs();
+        let sign_of = |t: Vec4, det: Vec4| {
+            let (t, det): ([u32; 4], [u32; 4]) = (bytemuck::must_cast(t), bytemuck::must_cast(det));
+            bytemuck::must_cast(core::array::from_fn::<u32, 4, _>(|lane| {
+                t[lane] ^ det[lane] & SIGN
+            }))
+        };
+        let along = t.with(det, sign_of);
+        let slack = all(doubt) * a + all(underflow);
+        let late = (along - slack).above(all(last) * (size + all(wider)));
+        let early = (along + slack).below(all(ray.t_min) * (size - all(wider)));
+        // Only where the sign of det is certain is `along` what it says.
+        let certain = size.above(all(wider + underflow));
+        !(mixed | certain & (late | early))
     }
 }
 
 /// The bit of the sign.
-pub(super) const SIGN: u32 = 1 << 31;
+const SIGN: u32 = 1 << 31;

@@ -92,6 +92,8 @@ pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
             if turn.walk.step(rows, query).is_break() {
                 finish(turn.place, query);
                 next(turn, &mut finish);
+            } else {
+                L::prefetch(rows, turn.walk.link);
             }
         }
         if !any {
