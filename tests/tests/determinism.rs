@@ -6,8 +6,8 @@
 //! never, and they are the same for every kind.
 
 use arboleda::{
-    Counters, Hit, Index, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors,
-    WideOctree,
+    CompactOctree, Counters, Hit, Index, IndexKind, Options, Ray, RayIndex, Representation, Scene,
+    Triangle, Vec3, Vectors, WideOctree,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
@@ -33,6 +33,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
     ("wide-octree", 0xd093_d655_8b6c_75ae),
     ("wide-octree-hierarchy", 0x726d_3fab_6a9e_1b86),
+    ("compact-octree", 0x952c_65fb_a493_9f62),
+    ("compact-octree-hierarchy", 0x6862_b8fb_e622_94d3),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
@@ -73,17 +75,23 @@ fn images_are_the_golden_ones() {
 #[test]
 fn vector_instructions_change_nothing() {
     let triangles = scene();
-    let built = Built::new(IndexKind::WideOctree, &Scene::new(&triangles), &Options::default());
+    let hard_rays = hard_rays(&triangles);
+    same_with_and_without::<WideOctree>(IndexKind::WideOctree, &triangles, &hard_rays);
+    same_with_and_without::<CompactOctree>(IndexKind::CompactOctree, &triangles, &hard_rays);
+}
+
+fn same_with_and_without<R: Representation>(kind: IndexKind, triangles: &[Triangle], rays: &[Ray]) {
+    let built = Built::new(kind, &Scene::new(triangles), &Options::default());
     let built = built.expect("an ordinary scene");
-    let with = Index::<WideOctree>::from_bytes(built.bytes()).expect("a built index is valid");
+    let with = Index::<R>::from_bytes(built.bytes()).expect("a built index is valid");
     let without = with.with_vectors(Vectors::COMPILED);
     let (mut counted_with, mut counted_without) = (Counters::default(), Counters::default());
-    for ray in &hard_rays(&triangles) {
+    for ray in rays {
         assert_eq!(
             with.closest_hit_counted(ray, &mut counted_with),
             without.closest_hit_counted(ray, &mut counted_without)
         );
-        assert_eq!(counted_with, counted_without, "{ray:?}");
+        assert_eq!(counted_with, counted_without, "{} {ray:?}", kind.name());
     }
 }
 

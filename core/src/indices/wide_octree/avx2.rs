@@ -19,7 +19,7 @@ use super::walk::{walk_each_in_lanes, walk_in_lanes};
 use super::{Head, LANES, Leaf, Node, Row};
 use crate::query::Query;
 
-enum Avx2 {}
+pub(in crate::indices) enum Avx2 {}
 
 /// See `walk_in_lanes`.
 #[inline]
