@@ -65,7 +65,7 @@ fn walk_each_with_avx2<Q: Query>(
 impl Unpack for Avx2 {
     #[inline(always)]
     fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-        // SAFETY: only `walk_with_avx2` walks with these lanes; so below.
+        // SAFETY: only functions compiled for AVX2 walk with these lanes; so below.
         unsafe { meet_node(node, ray, last) }
     }
 

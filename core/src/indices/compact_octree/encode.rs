@@ -47,6 +47,7 @@ pub(super) fn build(
     let mut wide = Words::new(slots);
     let again = Division { triangles, clusters, nodes: &mut *nodes };
     WideOctree::build(again, options, &mut wide, arena.into_rest())?;
+    debug_assert!(wide.len() <= wide_words(count), "a proven bound");
     let slots: &[u32] = slots;
     let rows: &[Row] = bytemuck::try_cast_slice(slots).unwrap_or_default();
     let &[root, _, largest, ..] = rows.first().ok_or(full)?;

@@ -10,7 +10,8 @@
 //! cannot overflow. Both give the `f32` nearest to the sum, as a sum of two `f32` rounded to 53 bits first is not
 //! rounded otherwise (S. Figueroa, *When Is Double Rounding Innocuous?*, 1995).
 //!
-//! With 8 bits, and so with 4 bytes a triangle less at best, rays entered 5 to 15% more nodes.
+//! With 8 bits, and steps that were no powers of two, an image was 1.4 to 2.3 bytes a triangle smaller, and rays
+//! entered 2 to 36% more nodes: most where boxes touch. With 16 bits but such steps, up to 28% more.
 
 use super::{EMPTY, NODE_WORDS, Node};
 use crate::Vec3;
