@@ -60,8 +60,8 @@ pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
 pub use index::{Capacity, Index, RayIndex, Representation};
 pub use indices::{
-    AnyIndex, BspTree, Bvh, Clustered, IndexKind, KdTree, Linear, Octree, OctreeR, UniformGrid,
-    WideOctree,
+    AnyIndex, BspTree, Bvh, Clustered, CompactOctree, IndexKind, KdTree, Linear, Octree, OctreeR,
+    UniformGrid, WideOctree,
 };
 pub use memory::Block;
 pub use query::{AllHits, Counters, Hit, TriangleId};

@@ -47,7 +47,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
 
     // 1. What is absent, and how to get it; at the end too.
     let shown = String::from_utf8(output.stdout).unwrap();
-    let missing = "without embree4-medium, embree4-high, embree4-robust: Embree 4 was not found";
+    let missing = "without embree4-medium, embree4-high, embree4-robust, embree4-compact: Embree 4 was not found";
     assert_eq!(shown.matches(missing).count(), 2, "{shown}");
     assert!(shown.contains("Python package `embreex`") && shown.contains("EMBREE4_LIBRARY"));
 

@@ -6,8 +6,8 @@
 //! never, and they are the same for every kind.
 
 use arboleda::{
-    Counters, Executor, Hit, Index, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3,
-    Vectors, WideOctree,
+    CompactOctree, Counters, Executor, Hit, Index, IndexKind, Options, Ray, RayIndex,
+    Representation, Scene, Triangle, Vec3, Vectors, WideOctree,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
@@ -33,6 +33,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
     ("wide-octree", 0x53b7_415e_da62_6e52),
     ("wide-octree-hierarchy", 0x34b3_ff58_386f_3832),
+    ("compact-octree", 0x6ea6_0608_18df_87a9),
+    ("compact-octree-hierarchy", 0x996d_6bc3_91f5_cd49),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
@@ -105,7 +107,12 @@ fn executors_change_nothing() {
     let mut triangles = scenes::soup(20_000, 3);
     triangles.extend(scenes::moved(&scenes::icosphere(5), 0.1, Vec3::new(500.0, 0.0, 0.0)));
     let (scene, options) = (Scene::new(&triangles), Options::default());
-    for kind in [IndexKind::WideOctree, IndexKind::WideOctreeHierarchy, IndexKind::BvhHierarchy] {
+    for kind in [
+        IndexKind::WideOctree,
+        IndexKind::WideOctreeHierarchy,
+        IndexKind::CompactOctree,
+        IndexKind::BvhHierarchy,
+    ] {
         let one = Built::new(kind, &scene, &options).expect("an ordinary scene");
         let backwards = Built::with(kind, &scene, &options, &Backwards).expect("the same scene");
         assert!(one.bytes() == backwards.bytes(), "{} backwards", kind.name());
@@ -118,17 +125,23 @@ fn executors_change_nothing() {
 #[test]
 fn vector_instructions_change_nothing() {
     let triangles = scene();
-    let built = Built::new(IndexKind::WideOctree, &Scene::new(&triangles), &Options::default());
+    let hard_rays = hard_rays(&triangles);
+    same_with_and_without::<WideOctree>(IndexKind::WideOctree, &triangles, &hard_rays);
+    same_with_and_without::<CompactOctree>(IndexKind::CompactOctree, &triangles, &hard_rays);
+}
+
+fn same_with_and_without<R: Representation>(kind: IndexKind, triangles: &[Triangle], rays: &[Ray]) {
+    let built = Built::new(kind, &Scene::new(triangles), &Options::default());
     let built = built.expect("an ordinary scene");
-    let with = Index::<WideOctree>::from_bytes(built.bytes()).expect("a built index is valid");
+    let with = Index::<R>::from_bytes(built.bytes()).expect("a built index is valid");
     let without = with.with_vectors(Vectors::COMPILED);
     let (mut counted_with, mut counted_without) = (Counters::default(), Counters::default());
-    for ray in &hard_rays(&triangles) {
+    for ray in rays {
         assert_eq!(
             with.closest_hit_counted(ray, &mut counted_with),
             without.closest_hit_counted(ray, &mut counted_without)
         );
-        assert_eq!(counted_with, counted_without, "{ray:?}");
+        assert_eq!(counted_with, counted_without, "{} {ray:?}", kind.name());
     }
 }
 

@@ -1,7 +1,8 @@
 //! The list of all indices: one line each.
 
 use super::{
-    BspTree, Bvh, Clustered, KdTree, Linear, Octree, OctreeR, Structure, UniformGrid, WideOctree,
+    BspTree, Bvh, Clustered, CompactOctree, KdTree, Linear, Octree, OctreeR, Structure,
+    UniformGrid, WideOctree,
 };
 use crate::auto::CostModel;
 use crate::index::{Capacity, Index, RayIndex, Representation};
@@ -40,6 +41,10 @@ registry! {
     WideOctree = WideOctree,
     /// A wide octree for each cluster.
     WideOctreeHierarchy = Clustered<WideOctree>,
+    /// One compact octree over everything.
+    CompactOctree = CompactOctree,
+    /// A compact octree for each cluster.
+    CompactOctreeHierarchy = Clustered<CompactOctree>,
 }
 
 macro_rules! registry {

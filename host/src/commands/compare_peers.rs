@@ -17,8 +17,8 @@ pub struct PeerArguments {
     /// sphere, mesh, city-1000000
     #[arg(long, conflicts_with = "photons")]
     pub peers: bool,
-    /// With --peers: only these libraries: embree4-medium, embree4-high, embree4-robust, obvhs, parry3d,
-    /// bvh, tinybvh
+    /// With --peers: only these libraries: embree4-medium, embree4-high, embree4-robust, embree4-compact, obvhs,
+    /// parry3d, bvh, tinybvh
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
     against: Vec<String>,
     /// With --peers: these indices of ours; the first is the one held against the others in peers.md

@@ -55,6 +55,7 @@ pub const PEERS: &[Peer] = &[
     EMBREE_MEDIUM,
     embree::HIGH,
     embree::ROBUST,
+    embree::COMPACT,
     obvhs_index::PEER,
     parry3d_index::PEER,
     bvh_index::PEER,

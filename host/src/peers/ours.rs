@@ -30,6 +30,8 @@ pub fn contender(index: AnyIndex<'_>) -> Box<dyn Contender + '_> {
         AnyIndex::BvhHierarchy(index) => direct(index),
         AnyIndex::WideOctree(index) => direct(index),
         AnyIndex::WideOctreeHierarchy(index) => direct(index),
+        AnyIndex::CompactOctree(index) => direct(index),
+        AnyIndex::CompactOctreeHierarchy(index) => direct(index),
         other => Box::new(Ours(other)),
     }
 }

@@ -1,9 +1,9 @@
 //! The lanes in AVX2: eight in one register.
 //!
 //! The same operations in the same order as `lanes`, which the compiler turns into much longer code.
-//! The only `unsafe` of this crate is here: calling functions compiled for instructions that the
-//! processor may not have. [`Vectors`](crate::Vectors) can say that it has them only after asking it.
-//! Worth about a third of the time of a query.
+//! The only `unsafe` of this crate is here and in the compact octree's `avx2`: calling functions compiled for
+//! instructions that the processor may not have. [`Vectors`](crate::Vectors) can say that it has them only
+//! after asking it. Worth about a third of the time of a query.
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
@@ -19,7 +19,7 @@ use super::walk::{walk_each_in_lanes, walk_in_lanes};
 use super::{Head, LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::query::Query;
 
-enum Avx2 {}
+pub(in crate::indices) enum Avx2 {}
 
 /// See `walk_in_lanes`.
 #[inline]
@@ -67,7 +67,7 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-        // SAFETY: only `walk_with_avx2` walks with these lanes; so below.
+        // SAFETY: only functions compiled for AVX2 walk with these lanes, here and in the compact octree; so below.
         unsafe { meet_boxes(node, ray, last) }
     }
 

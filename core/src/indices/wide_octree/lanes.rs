@@ -34,7 +34,7 @@ use crate::geometry::Ray;
 
 /// A ray prepared for lanes.
 #[derive(Clone, Copy, Default)]
-pub(super) struct LaneRay {
+pub(in crate::indices) struct LaneRay {
     pub origin: [f32; 3],
     pub direction: [f32; 3],
     pub inverse: [f32; 3],
@@ -49,21 +49,26 @@ pub(super) struct LaneRay {
 
 const MOST_COORDINATE: f32 = 268_435_456.0; // 2^28
 /// How much later or earlier than computed a plane may be crossed, relatively.
-pub(super) const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
-pub(super) const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
+pub(in crate::indices) const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
+pub(in crate::indices) const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
 const LEAST_DIRECTION: f32 = 9.094_947e-13; // 2^-40
 const MOST_DIRECTION: f32 = 1.099_511_6e12; // 2^40
-pub(super) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
+pub(in crate::indices) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
 
 /// Half an ulp of 1.
 const R: f32 = f32::EPSILON / 2.0;
-pub(super) const SUM: f32 = 64.0 * R;
-pub(super) const DISTANCE: f32 = 80.0 * R;
+pub(in crate::indices) const SUM: f32 = 64.0 * R;
+pub(in crate::indices) const DISTANCE: f32 = 80.0 * R;
 
 /// Of a NaN and a number, the second.
 #[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
+pub(in crate::indices) fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
+}
+
+#[inline(always)]
+pub(in crate::indices) fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 impl LaneRay {
@@ -97,7 +102,7 @@ impl LaneRay {
 }
 
 /// Eight boxes, or eight triangles, at once.
-pub(super) trait Lanes {
+pub(in crate::indices) trait Lanes {
     /// Eight numbers of 16 bits.
     type Keys: Copy;
 
@@ -121,16 +126,16 @@ pub(super) trait Lanes {
 }
 
 /// The key of a box that is not met, behind all others.
-pub(super) const FAR: u16 = u16::MAX;
+pub(in crate::indices) const FAR: u16 = u16::MAX;
 
 /// A distance, at least 0, as a number of 16 bits: rounded down, and in the same order.
 #[inline(always)]
-pub(super) fn key(distance: f32) -> u16 {
+pub(in crate::indices) fn key(distance: f32) -> u16 {
     (distance.to_bits() >> 16) as u16
 }
 
 /// Lanes for every target.
-pub(super) enum Portable {}
+pub(in crate::indices) enum Portable {}
 
 /// Eight numbers.
 #[derive(Clone, Copy)]

@@ -25,9 +25,9 @@
 #![allow(clippy::inline_always)]
 
 #[cfg(target_arch = "x86_64")]
-mod avx2;
+pub(super) mod avx2;
 mod build;
-mod lanes;
+pub(super) mod lanes;
 mod walk;
 
 use super::{Division, Statistics, Structure};
@@ -40,44 +40,44 @@ use crate::{BuildError, Executor, Options, Triangle, Vec3, Vectors};
 pub enum WideOctree {}
 
 /// Eight words; a row of a node or of a leaf.
-type Row = [u32; LANES];
+pub(super) type Row = [u32; LANES];
 
-const LANES: usize = 8;
-type Node = [Row; NODE_ROWS as usize];
-type Leaf = [Row; LEAF_ROWS as usize];
+pub(super) const LANES: usize = 8;
+pub(super) type Node = [Row; NODE_ROWS as usize];
+pub(super) type Leaf = [Row; LEAF_ROWS as usize];
 
-const HEAD_ROWS: u32 = 2;
-const NODE_ROWS: u32 = 8;
-const LEAF_ROWS: u32 = 10;
-const LINKS_ROW: usize = 6;
+pub(super) const HEAD_ROWS: u32 = 2;
+pub(super) const NODE_ROWS: u32 = 8;
+pub(super) const LEAF_ROWS: u32 = 10;
+pub(super) const LINKS_ROW: usize = 6;
 const EDGES_ROW: usize = 7;
-const IDS_ROW: usize = 9;
+pub(super) const IDS_ROW: usize = 9;
 
-const LEAF: u32 = 1 << 31;
+pub(super) const LEAF: u32 = 1 << 31;
 const COUNT_SHIFT: u32 = 28;
 const ROW_MASK: u32 = (1 << COUNT_SHIFT) - 1;
-const EMPTY: u32 = 0;
+pub(super) const EMPTY: u32 = 0;
 /// An unused lane of a leaf.
 const NO_ID: u32 = u32::MAX;
 
 /// So many levels into a cluster, triangles are divided into equal parts, which needs at most 10 more.
 const BALANCED_FROM: u32 = 20;
 /// The levels of the cluster tree, and those of a cluster.
-const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + 12;
+pub(super) const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + 12;
 /// Each level leaves one entry.
-const STACK: usize = MAX_DEPTH as usize;
+pub(super) const STACK: usize = MAX_DEPTH as usize;
 
 fn leaf_link(row: u32, count: u32) -> u32 {
     LEAF | (count - 1) << COUNT_SHIFT | row
 }
 
-fn leaf_count(link: u32) -> u32 {
+pub(super) fn leaf_count(link: u32) -> u32 {
     (link >> COUNT_SHIFT & 7) + 1
 }
 
 /// The rows, and the head of them.
 #[inline]
-fn rows<'a>(image: &Image<'a>) -> Option<(&'a [Row], Head)> {
+pub(super) fn rows<'a>(image: &Image<'a>) -> Option<(&'a [Row], Head)> {
     let rows: &[Row] = bytemuck::try_cast_slice(image.words()).ok()?;
     let &[root, edge, largest, ..] = rows.first()?;
     let (edge, largest) = (f32::from_bits(edge), f32::from_bits(largest));
@@ -86,23 +86,23 @@ fn rows<'a>(image: &Image<'a>) -> Option<(&'a [Row], Head)> {
 
 /// Where a walk begins.
 #[derive(Clone, Copy)]
-struct Head {
-    root: u32,
-    edge: f32,
+pub(super) struct Head {
+    pub root: u32,
+    pub edge: f32,
     /// The largest coordinate of any triangle.
-    largest: f32,
+    pub largest: f32,
 }
 
 /// The rows of a node.
 #[inline]
-fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
+pub(super) fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
     let row = (link & ROW_MASK) as usize;
     rows.get(row..row + NODE_ROWS as usize)?.try_into().ok()
 }
 
 /// The rows of a leaf.
 #[inline]
-fn leaf_at(rows: &[Row], link: u32) -> Option<&Leaf> {
+pub(super) fn leaf_at(rows: &[Row], link: u32) -> Option<&Leaf> {
     let row = (link & ROW_MASK) as usize;
     rows.get(row..row + LEAF_ROWS as usize)?.try_into().ok()
 }
@@ -192,7 +192,7 @@ fn check(image: &Image<'_>) -> Option<Statistics> {
 }
 
 #[inline(always)]
-fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
+pub(super) fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
     let lane = lane % LANES;
     let number = |row: usize| f32::from_bits(leaf[row][lane]);
     let corner = |row: usize| Vec3::new(number(row), number(row + 1), number(row + 2));

@@ -40,6 +40,8 @@ pub(super) enum Robustness {
     Fast = 0,
     /// `RTC_SCENE_FLAG_ROBUST`.
     Robust = 1 << 2,
+    /// And in as little memory as it can.
+    RobustCompact = 1 << 2 | 1 << 1,
 }
 
 // Values of enumerations in the headers.

@@ -66,6 +66,30 @@ pub const ROBUST: Peer = Peer {
     ],
 };
 
+/// The scene flags "robust" and "compact": quantised boxes, and triangles that look their corners up in the
+/// mesh, which is counted too.
+pub const COMPACT: Peer = Peer {
+    name: "embree4-compact",
+    settings: &[
+        Setting {
+            name: "medium, isa=avx2",
+            build: |t| build(t, AVX2, Quality::Medium, Robustness::RobustCompact),
+        },
+        Setting {
+            name: "medium, isa=best",
+            build: |t| build(t, BEST, Quality::Medium, Robustness::RobustCompact),
+        },
+        Setting {
+            name: "high, isa=avx2",
+            build: |t| build(t, AVX2, Quality::High, Robustness::RobustCompact),
+        },
+        Setting {
+            name: "high, isa=best",
+            build: |t| build(t, BEST, Quality::High, Robustness::RobustCompact),
+        },
+    ],
+};
+
 /// AVX-512, which "best" takes where there is any, was often the slower.
 const AVX2: Config = Config(c"threads=1,isa=avx2");
 const BEST: Config = Config(c"threads=1");

@@ -1,0 +1,148 @@
+//! Unpacking in AVX2.
+//!
+//! The same operations in the same order as `lanes`. As in the wide octree's `avx2`, the only `unsafe` is
+//! calling functions compiled for instructions that the processor may not have;
+//! [`Vectors`](crate::Vectors) can say that it has them only after asking it.
+#![allow(unsafe_code)]
+
+use core::arch::x86_64::{
+    __m128i, __m256, __m256i, _CMP_GT_OQ, _mm_packus_epi32, _mm256_add_ps, _mm256_blendv_ps,
+    _mm256_castps_si256, _mm256_castsi256_ps, _mm256_castsi256_si128, _mm256_cmp_ps,
+    _mm256_cvtepi32_ps, _mm256_cvtepu16_epi32, _mm256_extracti128_si256, _mm256_max_ps,
+    _mm256_min_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_ps, _mm256_set1_epi32,
+    _mm256_set1_ps, _mm256_slli_epi32, _mm256_srli_epi32, _mm256_srlv_epi32, _mm256_sub_ps,
+};
+
+use super::lanes::Unpack;
+use super::walk::{walk_each_in_lanes, walk_in_lanes};
+use super::{BLOCK_HEAD, Block, Head, Node, vertex_count};
+use crate::indices::wide_octree::avx2::Avx2;
+use crate::indices::wide_octree::lanes::{EARLIER, LATER, LaneRay, UNDERFLOW};
+use crate::indices::wide_octree::{LANES, Leaf, Row};
+use crate::query::Query;
+
+/// See `walk_in_lanes`.
+#[inline]
+pub(super) fn walk<Q: Query>(words: &[u32], head: Head, query: &mut Q) {
+    // SAFETY: only called where `Vectors::has_avx2` is true, which `Vectors::detect` alone can make so,
+    // after the processor and the system said that they have AVX2.
+    unsafe { walk_with_avx2(words, head, query) }
+}
+
+// A function of its own, so that its registers are not shared with those of the caller.
+#[inline(never)]
+#[target_feature(enable = "avx2")]
+fn walk_with_avx2<Q: Query>(words: &[u32], head: Head, query: &mut Q) {
+    walk_in_lanes::<Avx2, Q>(words, head, query);
+}
+
+/// See `walk_each_in_lanes`.
+#[inline]
+pub(super) fn walk_each<Q: Query>(
+    words: &[u32],
+    head: Head,
+    count: usize,
+    start: impl Fn(usize) -> Option<Q>,
+    finish: impl FnMut(usize, &Q),
+) {
+    // SAFETY: see `walk`.
+    unsafe { walk_each_with_avx2(words, head, count, start, finish) }
+}
+
+// A function of its own, so that its registers are not shared with those of the caller.
+#[inline(never)]
+#[target_feature(enable = "avx2")]
+fn walk_each_with_avx2<Q: Query>(
+    words: &[u32],
+    head: Head,
+    count: usize,
+    start: impl Fn(usize) -> Option<Q>,
+    finish: impl FnMut(usize, &Q),
+) {
+    walk_each_in_lanes::<Avx2, Q>(words, head, count, start, finish);
+}
+
+impl Unpack for Avx2 {
+    #[inline(always)]
+    fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
+        // SAFETY: only functions compiled for AVX2 walk with these lanes; so below.
+        unsafe { meet_node(node, ray, last) }
+    }
+
+    #[inline(always)]
+    fn unpack(block: &Block) -> Leaf {
+        // SAFETY: see `meet_node`.
+        unsafe { unpack(block) }
+    }
+}
+
+/// Eight bytes as floats.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn floats(numbers: [u32; 4]) -> __m256 {
+    _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(bytemuck::must_cast(numbers)))
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
+    let mut entry = _mm256_set1_ps(0.0);
+    let mut exit = _mm256_set1_ps(f32::INFINITY);
+    for axis in 0..3 {
+        let sign = ray.signs[axis] as usize & 1;
+        let anchor = _mm256_set1_ps(node.anchor[axis]);
+        let origin = _mm256_set1_ps(ray.origin[axis]);
+        let step = _mm256_set1_ps(node.step[axis]);
+        let inverse = _mm256_set1_ps(ray.inverse[axis]);
+        let distance = |side: usize| {
+            let quanta = floats(node.planes[2 * axis + side]);
+            let plane = _mm256_add_ps(_mm256_mul_ps(quanta, step), anchor);
+            _mm256_mul_ps(_mm256_sub_ps(plane, origin), inverse)
+        };
+        // Of a NaN and a number, these return the second operand.
+        entry = _mm256_max_ps(distance(sign), entry);
+        exit = _mm256_min_ps(distance(1 - sign), exit);
+    }
+    let entry = _mm256_mul_ps(entry, _mm256_set1_ps(EARLIER));
+    let entry = _mm256_max_ps(entry, _mm256_set1_ps(ray.t_min));
+    let exit = _mm256_mul_ps(exit, _mm256_set1_ps(LATER));
+    let exit = _mm256_min_ps(exit, _mm256_set1_ps(last));
+    let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
+    // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
+    let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);
+    let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
+    let keys: __m256i = _mm256_srli_epi32::<16>(keys);
+    _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
+}
+
+/// Eight numbers of a block.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn load(block: &Block, from: usize) -> __m256 {
+    let row: Option<&Row> = block.get(from..from + LANES).and_then(|row| row.try_into().ok());
+    bytemuck::must_cast(*row.unwrap_or(&[0; LANES]))
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn unpack(block: &Block) -> Leaf {
+    let count = vertex_count(block);
+    let table = [0, 1, 2].map(|axis| {
+        let from = BLOCK_HEAD + axis * count;
+        [load(block, from), load(block, from + LANES)]
+    });
+    let shifts: __m256i = bytemuck::must_cast([0_u32, 4, 8, 12, 16, 20, 24, 28]);
+    let mut leaf = Leaf::default();
+    for corner in 0..3 {
+        let halves = _mm256_set1_epi32(block[1 + corner].cast_signed());
+        let places = _mm256_srlv_epi32(halves, shifts);
+        // The fourth bit, where it decides: in the place of the sign.
+        let upper = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(places));
+        for (axis, [low, high]) in table.into_iter().enumerate() {
+            let low = _mm256_permutevar8x32_ps(low, places);
+            let high = _mm256_permutevar8x32_ps(high, places);
+            leaf[3 * corner + axis] = bytemuck::must_cast(_mm256_blendv_ps(low, high, upper));
+        }
+    }
+    leaf
+}
