@@ -23,8 +23,8 @@ use crate::scene::Resolution;
 const LEAST_DENSITY: f64 = 1.0 / 512.0;
 const MOST_DENSITY: f64 = 16.0;
 const DENSITY_STEP: f64 = core::f64::consts::SQRT_2;
-/// The search ends where a grid costs so many times the cheapest before it. With 1.5 it ends too early where the
-/// first grids have one cell across a flat scene.
+/// The search ends where a grid costs so many times the cheapest before it. With 1.5, some samples of 64 rays ended
+/// it too early on the flat scenes 4(a) and 4(d), with a grid that cost 20 times the best.
 const HOPELESS: f64 = 2.0;
 
 /// Nearly cubic cells, `density` for each triangle: one only on an axis where the box is flat.
