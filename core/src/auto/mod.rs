@@ -8,9 +8,11 @@
 
 mod sample;
 mod selection;
+mod trial;
 mod weights;
 
 pub use selection::{Candidate, Cost, Expectation, Selection, USUAL, select};
+pub(crate) use trial::{Trial, Tried, ray_count};
 pub use weights::Weights;
 
 /// What a step and a test cost, in any unit.

@@ -6,12 +6,13 @@
 //! Every level and density is built and probed; the automatic choice is compared with the one whose rays cost
 //! least by counters, and with the fastest of the few cheapest.
 
-use arboleda::{IndexKind, RayIndex, Scene};
+use arboleda::{IndexKind, Level, RayIndex, Scene};
 use rayon::prelude::*;
 
 use super::plan::{Case, Effort, PROBE_PHOTONS};
 use super::rays::RaySet;
 use super::run::{Measurement, build, checked, clock, count};
+use super::spread::Spread;
 use crate::OwnedIndex;
 use crate::scene::Model;
 
@@ -26,6 +27,8 @@ const DENSITIES: [f32; 18] = [
 const HOPELESS: f64 = 1.5;
 /// So many of the cheapest are timed, beside the automatic choice.
 const TIMED: usize = 4;
+/// They are timed so many times as often as other things: a repetition takes milliseconds.
+const MORE_OFTEN: usize = 3;
 
 /// One index on one scene: what it chose, and what else there was.
 pub struct LevelCheck {
@@ -35,6 +38,9 @@ pub struct LevelCheck {
     pub automatic: Measurement,
     /// Those near the cheapest, the cheapest by counters first; only the first few were timed.
     pub tried: Vec<Measurement>,
+    /// The fastest of those timed that are not the automatic choice itself, and how many times its time the
+    /// automatic choice takes: the median over the rounds, each of which times both.
+    pub fastest: Option<(usize, f64)>,
 }
 
 impl LevelCheck {
@@ -43,11 +49,12 @@ impl LevelCheck {
         self.tried.first().unwrap_or(&self.automatic)
     }
 
-    /// The fastest of those timed.
+    /// The fastest of all timed.
     pub fn best_by_time(&self) -> &Measurement {
-        let time = Measurement::least_microseconds_per_photon;
-        // A NaN, where nothing was timed, comes last.
-        self.tried.iter().min_by(|a, b| time(a).total_cmp(&time(b))).unwrap_or(&self.automatic)
+        match self.fastest {
+            Some((at, ratio)) if ratio > 1.0 => self.tried.get(at).unwrap_or(&self.automatic),
+            _ => &self.automatic,
+        }
     }
 
     /// What the automatic choice costs more than the best by counters, in percent of the best.
@@ -55,10 +62,10 @@ impl LevelCheck {
         (self.automatic.cost_per_ray() / self.best_by_counters().cost_per_ray() - 1.0) * 100.0
     }
 
-    /// How much longer the automatic choice takes than the fastest, in percent of the fastest.
+    /// How much longer the automatic choice takes than the fastest other, in percent of that; below 0 where it is
+    /// the fastest of all, and 0 where no other was timed.
     pub fn excess_time(&self) -> f64 {
-        let time = Measurement::least_microseconds_per_photon;
-        (time(&self.automatic) / time(self.best_by_time()) - 1.0) * 100.0
+        self.fastest.map_or(0.0, |(_, ratio)| (ratio - 1.0) * 100.0)
     }
 }
 
@@ -79,7 +86,7 @@ pub fn by_counters(
 ) -> anyhow::Result<Vec<LevelCheck>> {
     let rays = RaySet::shoot(model, photons, seed)?;
     let swept = sweep_all(model, &rays, progress)?;
-    Ok(swept.into_iter().map(|choices| check(model, choices)).collect())
+    Ok(swept.into_iter().map(|choices| check(model, choices, None)).collect())
 }
 
 /// As [`by_counters`], and times the cheapest.
@@ -95,28 +102,41 @@ pub fn run(
     let rays = RaySet::shoot(model, effort.photons, seed)?;
     let mut checks = Vec::new();
     for mut choices in sweep_all(model, &rays, progress)? {
-        let timed = &mut choices[..];
-        let timed = timed.iter_mut().take(1 + TIMED);
-        let (indices, mut measured): (Vec<_>, Vec<_>) =
-            timed.map(|choice| (choice.built.index(), &mut choice.measured)).unzip();
+        // The automatic choice, and the cheapest that are not the same index: each with its place.
+        let contestants = choices.iter_mut().enumerate().filter(|(_, choice)| !choice.repeats);
+        let (places, (indices, mut measured)): (Vec<_>, (Vec<_>, Vec<_>)) = contestants
+            .take(1 + TIMED)
+            .map(|(place, choice)| (place, (choice.built.index(), &mut choice.measured)))
+            .unzip();
         let mut contest: Vec<_> =
             indices.iter().zip(measured.iter_mut().map(|one| &mut **one)).collect();
-        clock(&mut contest, &rays, effort.repetitions);
-        checks.push(check(model, choices));
+        let times = clock(&mut contest, &rays, effort.repetitions * MORE_OFTEN);
+        let others = places.iter().zip(&times).skip(1);
+        let ratios = others.map(|(place, other)| (place - 1, median_ratio(&times[0], other)));
+        let fastest = ratios.max_by(|a, b| a.1.total_cmp(&b.1));
+        checks.push(check(model, choices, fastest));
     }
     Ok(checks)
 }
 
-fn check(model: &Model, choices: Vec<Choice>) -> LevelCheck {
+/// How many times as long `ours` takes as `theirs`, in the middle of all rounds.
+fn median_ratio(ours: &[f64], theirs: &[f64]) -> f64 {
+    let ratios: Vec<f64> = ours.iter().zip(theirs).map(|(ours, theirs)| ours / theirs).collect();
+    Spread::of(&ratios).median
+}
+
+fn check(model: &Model, choices: Vec<Choice>, fastest: Option<(usize, f64)>) -> LevelCheck {
     let mut measured = choices.into_iter().map(|choice| choice.measured);
     let automatic = measured.next().expect("the automatic choice stands first");
-    LevelCheck { scene: model.name.clone(), automatic, tried: measured.collect() }
+    LevelCheck { scene: model.name.clone(), automatic, tried: measured.collect(), fastest }
 }
 
 /// A level or a density that was built and counted.
 struct Choice {
     built: OwnedIndex,
     measured: Measurement,
+    /// Whether it is, byte for byte, the automatic choice once more.
+    repeats: bool,
 }
 
 /// For each index that has choices: the automatic one, then the others from the cheapest on.
@@ -146,7 +166,11 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
             let built = build(model, &case)?;
             let digest = blake3::hash(built.index().as_bytes());
             if last.replace(digest) == Some(digest) {
-                continue;
+                // Where one more level changes nothing, no deeper one does; another density may.
+                if case.options.level == Level::Automatic {
+                    continue;
+                }
+                break;
             }
             let counters = checked(&built.index(), rays, PROBE_PHOTONS)?;
             let weights = kind.cost_model();
@@ -166,15 +190,17 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
     // 2. Count those near the cheapest.
     let least = probed.iter().map(|(cost, ..)| *cost).fold(f64::INFINITY, f64::min);
     let automatic = Case { setting: "automatic".to_owned(), ..Case::usual(kind) };
-    let built = build(model, &automatic)?;
-    let counted = |case: &Case, built: OwnedIndex| {
+    let chosen = build(model, &automatic)?;
+    let digest = blake3::hash(chosen.index().as_bytes());
+    let counted = |case: &Case, built: OwnedIndex, repeats: bool| {
         let measured = count(model, case, &built, rays, rays.photon_count())?;
-        anyhow::Ok(Choice { built, measured })
+        anyhow::Ok(Choice { built, measured, repeats })
     };
-    let mut choices = vec![counted(&automatic, built)?];
+    let mut choices = vec![counted(&automatic, chosen, false)?];
     for (cost, case, built) in probed {
         if cost <= least * HOPELESS {
-            choices.push(counted(&case, built)?);
+            let repeats = blake3::hash(built.index().as_bytes()) == digest;
+            choices.push(counted(&case, built, repeats)?);
         }
     }
     choices[1..].sort_by(|a, b| a.measured.cost_per_ray().total_cmp(&b.measured.cost_per_ray()));
@@ -212,10 +238,9 @@ mod tests {
 
     /// In percent; the same on every machine, because it is counted.
     const MOST_EXCESS: f64 = 5.0;
-    /// On the lattice of figure 3, grids whose cells just hold a cube have few references, and the model, to which
-    /// all cells are alike, takes them: but rays end in cells that hold something, and there all 12 triangles are
-    /// tested. By time it is 2 to 34%, because a cell costs more than a test.
-    const LATTICE: (&str, &str, f64) = ("fig3", "grid", 65.0);
+    /// One grid over both clusters of figure 3: its light stands right above the clusters, so no photon crosses the
+    /// empty space between them, as lines through the box do. For those the choice is right.
+    const UNUSUAL_LIGHT: (&str, &str, f64) = ("fig3", "uniform-grid", 50.0);
 
     /// On the larger scenes `compare --levels` says the same, in some minutes.
     #[test]
@@ -229,9 +254,9 @@ mod tests {
             }
             for check in &checks {
                 let name = check.automatic.case.kind.name();
-                let lattice = check.scene == LATTICE.0 && name.contains(LATTICE.1);
+                let unusual = (check.scene.as_str(), name) == (UNUSUAL_LIGHT.0, UNUSUAL_LIGHT.1);
                 assert!(
-                    check.excess_cost() <= if lattice { LATTICE.2 } else { MOST_EXCESS },
+                    check.excess_cost() <= if unusual { UNUSUAL_LIGHT.2 } else { MOST_EXCESS },
                     "{} on {}: {:.1}% more than {}",
                     name,
                     check.scene,

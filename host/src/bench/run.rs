@@ -68,11 +68,6 @@ impl Measurement {
         self.seconds.median / self.photons as f64 * 1e6
     }
 
-    /// As [`Self::microseconds_per_photon`], by the fastest repetition.
-    pub fn least_microseconds_per_photon(&self) -> f64 {
-        self.seconds.min / self.photons as f64 * 1e6
-    }
-
     /// Nodes visited for each ray.
     pub fn nodes_per_ray(&self) -> f64 {
         self.counters.nodes_visited as f64 / self.ray_count as f64
@@ -224,18 +219,23 @@ pub fn count(
     })
 }
 
-/// Times the indices on the photons that each was counted on, in turns.
-pub fn clock(contest: &mut [(&AnyIndex<'_>, &mut Measurement)], rays: &RaySet, repetitions: usize) {
+/// Times the indices on the photons that each was counted on, in turns; returns all times of each, in seconds.
+pub fn clock(
+    contest: &mut [(&AnyIndex<'_>, &mut Measurement)],
+    rays: &RaySet,
+    repetitions: usize,
+) -> Vec<Vec<f64>> {
     let mut times = vec![Vec::new(); contest.len()];
     for _ in 0..repetitions.max(1) {
         for ((index, measured), times) in contest.iter().zip(&mut times) {
             times.push(replay(index.as_ray_index(), rays.of_first(measured.photons)));
         }
     }
-    for ((_, measured), times) in contest.iter_mut().zip(times) {
-        measured.seconds = Spread::of(&times);
+    for ((_, measured), times) in contest.iter_mut().zip(&times) {
+        measured.seconds = Spread::of(times);
         measured.repetitions = times.len();
     }
+    times
 }
 
 /// Answers the rays of the first photons, compares with the guide's hits, and says what it took.

@@ -327,7 +327,7 @@ fn print_checks(checks: &[LevelCheck]) {
             format!("{:.2}", cheapest.cost_per_ray()),
             format!("{:.1}%", check.excess_cost()),
             fastest.case.setting.clone(),
-            format!("{:.1}%", check.excess_time()),
+            format!("{:+.1}%", check.excess_time()),
         ]);
     }
     say!("{lines}");

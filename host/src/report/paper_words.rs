@@ -7,6 +7,12 @@ pub fn verdict(gain: f64, published: f64) -> &'static str {
     if gain >= published { "at least the paper's" } else { "less than the paper's" }
 }
 
+/// A gain, as what is done with the time.
+pub fn saves_or_loses(gain: f64) -> String {
+    let what = if gain >= 0.0 { "saves" } else { "loses" };
+    format!("{what} {:.1}%", gain.abs())
+}
+
 /// One line for each scene: who wins where.
 pub fn differences(tables: &[SceneTable]) -> Vec<String> {
     let line = |table: &SceneTable| {
@@ -56,8 +62,7 @@ pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
         let factor = last.pointer_bytes as f64 / last.octree.subdivision_bytes as f64;
         points.push(format!(
             "{}, level {}: {:.1} nodes and {:.1} tests a ray in the octrees; {:.1} and {:.1} in grids of the same size; {:.1} \
-             and {:.1} in grids {factor:.1} times as large. Grids of the same size do fewer tests, because the octrees \
-             stop at 12 triangles a leaf where the grids go on; large grids pay in cells stepped through. Level {}: \
+             and {:.1} in grids {factor:.1} times as large. {} Level {}: \
              {:.0} tests in the octrees, {:.0} in grids of the same size, {:.0} in large grids.",
             table.published.label,
             last.level,
@@ -67,6 +72,7 @@ pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
             last.grid.tests_per_ray(),
             last.pointer_grid.nodes_per_ray(),
             last.pointer_grid.tests_per_ray(),
+            deepest_level(last),
             first.level,
             first.octree.tests_per_ray(),
             first.grid.tests_per_ray(),
@@ -75,6 +81,21 @@ pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
     }
     points.push(first_level(tables));
     points
+}
+
+/// What the counters of the deepest level show.
+fn deepest_level(last: &LevelRow) -> String {
+    let mut said = Vec::new();
+    if last.grid.tests_per_ray() < last.octree.tests_per_ray() {
+        said.push(
+            "Grids of the same size do fewer tests, because the octrees stop at 12 triangles a leaf where the grids \
+             go on.",
+        );
+    }
+    if last.pointer_grid.nodes_per_ray() > last.grid.nodes_per_ray() {
+        said.push("Large grids pay in cells stepped through.");
+    }
+    said.join(" ")
 }
 
 /// Who wins at the lowest level, by how much, and what that comes from.

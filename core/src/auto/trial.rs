@@ -1,0 +1,117 @@
+//! Trying a division on rays whose end is known, before any of it is written.
+//!
+//! ```text
+//! once:               ray -> closest triangle of the group -> where the ray ends
+//! for each division:  ray -> the nodes it enters up to that end, and how many triangles are in each
+//! ```
+//! What a query takes depends on where its ray ends, and that does not depend on the division. So the number of
+//! triangles in each cell is enough to tell exactly what these rays would take.
+
+use core::ops::ControlFlow;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{CostModel, sample};
+use crate::Vec3;
+use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
+use crate::query::{Closest, Query, TriangleId};
+
+/// A ray of a trial, as far as the closest triangle.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Tried {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    end: f32,
+}
+
+/// How many rays a group of so many triangles is tried on: enough that another choice of them changes little,
+/// and few beside the triangles that are filed for each trial.
+pub(crate) fn ray_count(triangle_count: usize) -> usize {
+    triangle_count.clamp(32, 384)
+}
+
+/// Rays through a group.
+pub(crate) struct Trial<'s> {
+    bounds: Aabb,
+    rays: &'s [Tried],
+}
+
+impl<'s> Trial<'s> {
+    /// Fills `room` with rays for some triangles; `find` finds the closest hit of each.
+    pub fn new<'t>(
+        triangles: impl Iterator<Item = &'t Triangle> + Clone,
+        bounds: &Aabb,
+        room: &'s mut [Tried],
+        mut find: impl FnMut(&RaySpan, Span, &mut Closest<'_, ()>),
+    ) -> Self {
+        let mut slots = room.iter_mut();
+        let mut count = 0;
+        sample::for_each_ray(triangles, slots.len() as u32, |ray| {
+            let Some(slot) = slots.next() else { return };
+            let mut query = Closest::new(ray, ());
+            clipped(ray, bounds, |ray, span| find(ray, span, &mut query));
+            let (origin, direction) = (ray.origin().to_array(), ray.direction().to_array());
+            *slot = Tried { origin, direction, end: query.last_t() };
+            count += 1;
+        });
+        Self { bounds: *bounds, rays: room.get(..count).unwrap_or(&[]) }
+    }
+
+    /// What the rays take together, where `walk` shows a query the part of a ray that lies in the box.
+    pub fn cost(
+        &self,
+        model: &CostModel,
+        mut walk: impl FnMut(&RaySpan, Span, &mut Ended<'_>),
+    ) -> f64 {
+        let (mut nodes, mut tests) = (0_u64, 0_u64);
+        for tried in self.rays {
+            let [origin, direction] = [tried.origin, tried.direction].map(Vec3::from_array);
+            let Ok(ray) = Ray::new(origin, direction) else { continue };
+            let mut query = Ended { ray: &ray, end: tried.end, nodes: 0, tests: 0 };
+            clipped(&ray, &self.bounds, |ray, span| walk(ray, span, &mut query));
+            nodes += query.nodes;
+            tests += query.tests;
+        }
+        model.traversal * nodes as f64 + model.intersection * tests as f64
+    }
+}
+
+/// Shows the part of a ray that may lie in a box, if any does.
+fn clipped(ray: &Ray, bounds: &Aabb, show: impl FnOnce(&RaySpan, Span)) {
+    let ray = RaySpan::new(ray);
+    let span = ray.clip(bounds, ray.whole());
+    if !span.is_empty() {
+        show(&ray, span);
+    }
+}
+
+/// A query whose answer is known: it only counts.
+pub(crate) struct Ended<'r> {
+    ray: &'r Ray,
+    end: f32,
+    nodes: u64,
+    tests: u64,
+}
+
+impl Query for Ended<'_> {
+    fn enter(&mut self) {
+        self.nodes += 1;
+    }
+
+    fn ray(&self) -> &Ray {
+        self.ray
+    }
+
+    fn last_t(&self) -> f32 {
+        self.end
+    }
+
+    fn count_tests(&mut self, count: u32) {
+        self.tests += u64::from(count);
+    }
+
+    fn decide(&mut self, _: TriangleId, _: &Triangle) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,202 @@
+//! The uniform grid: cells of one size, visited one after the other along the ray.
+//!
+//! ```text
+//! words:  cells in x | in y | in z | first reference of each cell, and one past the last | id id id ...
+//! ```
+//! A cell's number is `x + nx (y + ny z)`; plane `i` across an axis of `n` cells lies at `lo + i (hi - lo)
+//! / n`, computed in `f64`, alike for building and walking, the last at `hi` itself.
+//!
+//! # Source
+//! J. Amanatides, A. Woo, *A Fast Voxel Traversal Algorithm for Ray Tracing*, 1987.
+
+mod resolution;
+mod walk;
+
+use core::ops::ControlFlow;
+
+use resolution::{cells_asked_for, cells_at_most, cheapest_cells};
+use walk::{Axis, walk};
+
+use super::{Group, Local, LocalIndex, Statistics};
+use crate::auto::{CostModel, Tried, ray_count};
+use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
+use crate::memory::{Arena, Words, size_of_slice};
+use crate::query::Query;
+use crate::scene::Resolution;
+use crate::{BuildError, Options};
+
+/// The uniform grid; `Clustered<UniformGrid>` is the hierarchy of uniform grids of Cazals, Drettakis and
+/// Puech.
+pub enum UniformGrid {}
+
+/// Words before the cells.
+const HEAD: u32 = 3;
+/// Cells along an axis: their planes stay apart in `f64` whatever the `f32` box.
+pub(crate) const MOST_CELLS_ON_AXIS: u32 = 1 << 16;
+/// Cells of a grid: their numbers are `u32`, and one past the last is one too.
+const MOST_CELLS: usize = u32::MAX as usize - 1;
+
+fn cell_count([x, y, z]: [u32; 3]) -> usize {
+    (x as usize).saturating_mul(y as usize).saturating_mul(z as usize)
+}
+
+/// The triangles of a group with their ids, ascending.
+fn triangles_of<'a>(
+    group: &Group<'a>,
+) -> impl Iterator<Item = (u32, &'a Triangle)> + Clone + use<'a> {
+    let Group { triangles, ids, .. } = *group;
+    ids.iter().filter_map(|&id| Some((id, triangles.get(id as usize)?)))
+}
+
+struct Grid<'g> {
+    group: &'g Group<'g>,
+    axes: [Axis; 3],
+    cells: [u32; 3],
+}
+
+impl<'g> Grid<'g> {
+    fn new(group: &'g Group<'g>, cells: [u32; 3]) -> Self {
+        Self { group, axes: Axis::all(&group.bounds, cells), cells }
+    }
+
+    /// Shows every cell in which a triangle is filed.
+    fn for_each_cell(&self, triangle: &Triangle, mut show: impl FnMut(usize)) {
+        let bounds = triangle.bounds();
+        let [ax, ay, az] = &self.axes;
+        let (x0, x1) = ax.cells_of(bounds.lo.x, bounds.hi.x);
+        let (y0, y1) = ay.cells_of(bounds.lo.y, bounds.hi.y);
+        let (z0, z1) = az.cells_of(bounds.lo.z, bounds.hi.z);
+        let single = (x0, y0, z0) == (x1, y1, z1);
+        let [nx, ny, _] = self.cells.map(|n| n as usize);
+        for z in z0..=z1 {
+            for y in y0..=y1 {
+                for x in x0..=x1 {
+                    let lo = [ax.plane(x), ay.plane(y), az.plane(z)];
+                    let hi = [ax.plane(x + 1), ay.plane(y + 1), az.plane(z + 1)];
+                    if single || may_overlap(triangle, lo, hi) {
+                        show(x as usize + nx * (y as usize + ny * z as usize));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Counts the references of each cell.
+    fn count(&self, counts: &mut [u32]) {
+        counts.fill(0);
+        for (_, triangle) in triangles_of(self.group) {
+            self.for_each_cell(triangle, |cell| {
+                if let Some(count) = counts.get_mut(cell) {
+                    *count = count.saturating_add(1);
+                }
+            });
+        }
+    }
+
+    /// Appends the grid to `words`; `next` is room for a word for each cell.
+    fn write(&self, next: &mut [u32], words: &mut Words<'_>) -> Result<(), BuildError> {
+        // 1. Count the references of each cell, and sum up.
+        self.count(next);
+        words.extend(&self.cells);
+        let mut sum = 0_u32;
+        for slot in next.iter_mut() {
+            words.push(sum);
+            let first = sum;
+            sum = sum.checked_add(*slot).ok_or(BuildError::TooLarge)?;
+            *slot = first;
+        }
+        words.push(sum);
+
+        // 2. File the triangles; ascending in each cell, since they come ascending.
+        let ids = words.reserve(sum as usize);
+        for (id, triangle) in triangles_of(self.group) {
+            self.for_each_cell(triangle, |cell| {
+                if let Some(place) = next.get_mut(cell) {
+                    words.set(ids + *place as usize, id);
+                    *place += 1;
+                }
+            });
+        }
+        Ok(())
+    }
+}
+
+impl LocalIndex for UniformGrid {
+    const NAME: &'static str = "uniform-grid";
+    const HIERARCHY_NAME: &'static str = "grid-hierarchy";
+    const KIND: u32 = 6;
+    const COST: CostModel = CostModel::tests_per_node(2.5);
+
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+        let cells = size_of_slice::<u32>(cells_at_most(triangle_count, options));
+        let rays = match options.resolution {
+            Resolution::Automatic => size_of_slice::<Tried>(ray_count(triangle_count)),
+            _ => 0,
+        };
+        cells.saturating_add(rays)
+    }
+
+    fn build(
+        group: &Group<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError> {
+        let asked_for = cells_asked_for(group, options);
+        let room = match asked_for {
+            Some(cells) if cell_count(cells) > MOST_CELLS => return Err(BuildError::TooLarge),
+            Some(cells) => cell_count(cells),
+            None => cells_at_most(group.ids.len(), options).min(MOST_CELLS),
+        };
+        let needed = Self::scratch_bytes(group.ids.len(), options);
+        let full = BuildError::ScratchFull { needed, given: scratch.len() };
+        let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+        let room = arena.take::<u32>(room).ok_or(full)?;
+        let cells = if let Some(cells) = asked_for {
+            cells
+        } else {
+            let rays = arena.take::<Tried>(ray_count(group.ids.len())).ok_or(full)?;
+            cheapest_cells(group, &options.cost_model(), room, rays)
+        };
+        let grid = Grid::new(group, cells);
+        let next = room.get_mut(..cell_count(cells)).ok_or(full)?;
+        grid.write(next, words)
+    }
+
+    fn traverse<Q: Query>(
+        local: &Local<'_>,
+        ray: &RaySpan,
+        span: Span,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        let cells = [local.word(0), local.word(1), local.word(2)];
+        let ids = HEAD.wrapping_add(cell_count(cells) as u32).wrapping_add(1);
+        walk(&Axis::all(&local.bounds, cells), ray, span, query, |query, cell| {
+            let first = local.word(HEAD.wrapping_add(cell));
+            let end = local.word(HEAD.wrapping_add(cell).wrapping_add(1));
+            local.test(ids.wrapping_add(first), end.wrapping_sub(first), query)
+        })
+    }
+
+    fn check(local: &Local<'_>) -> Option<Statistics> {
+        let cells = [local.word(0), local.word(1), local.word(2)];
+        if cells.iter().any(|n| !(1..=MOST_CELLS_ON_AXIS).contains(n)) {
+            return None;
+        }
+        let count = u32::try_from(cell_count(cells)).ok()?;
+        let ids = count.checked_add(HEAD + 1)?;
+        let mut statistics = Statistics { inner_nodes: 1, ..Statistics::default() };
+        let mut end = 0;
+        for cell in 0..count {
+            let first = local.word(HEAD + cell);
+            let next = *local.words.get((HEAD + cell + 1) as usize)?;
+            if first != end || next < first || !local.are_ids(ids.checked_add(first)?, next - first)
+            {
+                return None;
+            }
+            statistics.add_leaf(next - first, 1);
+            end = next;
+        }
+        (ids as usize + end as usize == local.words.len()).then_some(statistics)
+    }
+}
