@@ -14,53 +14,10 @@ use core::arch::x86_64::{
 };
 
 use super::lanes::Unpack;
-use super::walk::{walk_each_in_lanes, walk_in_lanes};
-use super::{BLOCK_HEAD, Block, Head, Node, vertex_count};
+use super::{BLOCK_HEAD, Block, Node, vertex_count};
 use crate::indices::wide_octree::avx2::Avx2;
 use crate::indices::wide_octree::lanes::{EARLIER, LATER, LaneRay, UNDERFLOW};
 use crate::indices::wide_octree::{LANES, Leaf, Row};
-use crate::query::Query;
-
-/// See `walk_in_lanes`.
-#[inline]
-pub(super) fn walk<Q: Query>(words: &[u32], head: Head, query: &mut Q) {
-    // SAFETY: only called where `Vectors::has_avx2` is true, which `Vectors::detect` alone can make so,
-    // after the processor and the system said that they have AVX2.
-    unsafe { walk_with_avx2(words, head, query) }
-}
-
-// A function of its own, so that its registers are not shared with those of the caller.
-#[inline(never)]
-#[target_feature(enable = "avx2")]
-fn walk_with_avx2<Q: Query>(words: &[u32], head: Head, query: &mut Q) {
-    walk_in_lanes::<Avx2, Q>(words, head, query);
-}
-
-/// See `walk_each_in_lanes`.
-#[inline]
-pub(super) fn walk_each<Q: Query>(
-    words: &[u32],
-    head: Head,
-    count: usize,
-    start: impl Fn(usize) -> Option<Q>,
-    finish: impl FnMut(usize, &Q),
-) {
-    // SAFETY: see `walk`.
-    unsafe { walk_each_with_avx2(words, head, count, start, finish) }
-}
-
-// A function of its own, so that its registers are not shared with those of the caller.
-#[inline(never)]
-#[target_feature(enable = "avx2")]
-fn walk_each_with_avx2<Q: Query>(
-    words: &[u32],
-    head: Head,
-    count: usize,
-    start: impl Fn(usize) -> Option<Q>,
-    finish: impl FnMut(usize, &Q),
-) {
-    walk_each_in_lanes::<Avx2, Q>(words, head, count, start, finish);
-}
 
 impl Unpack for Avx2 {
     #[inline(always)]

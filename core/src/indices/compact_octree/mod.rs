@@ -33,10 +33,12 @@ mod avx2;
 mod encode;
 mod lanes;
 mod node;
-mod walk;
+mod tree;
 
 use bytemuck::{Pod, Zeroable};
+use tree::Packed;
 
+use super::wide_octree::walk::{walk, walk_each};
 use super::wide_octree::{LANES, MAX_DEPTH, STACK, WideOctree};
 use super::{Division, Statistics, Structure};
 use crate::memory::{Image, Words};
@@ -130,25 +132,6 @@ fn triangle_at(block: &Block, lane: usize) -> Triangle {
     Triangle::new(corner(0), corner(1), corner(2))
 }
 
-/// Where a walk begins.
-#[derive(Clone, Copy)]
-struct Head {
-    root: u32,
-    /// The largest coordinate of any triangle.
-    largest: f32,
-}
-
-/// Of an image without triangles: nothing is there.
-const NOTHING: Head = Head { root: EMPTY, largest: 0.0 };
-
-#[inline]
-fn head(words: &[u32]) -> Head {
-    match *words {
-        [root, largest, ..] => Head { root, largest: f32::from_bits(largest) },
-        _ => NOTHING,
-    }
-}
-
 impl Structure for CompactOctree {
     const NAME: &'static str = "compact-octree";
     const HIERARCHY_NAME: &'static str = "compact-octree-hierarchy";
@@ -172,7 +155,9 @@ impl Structure for CompactOctree {
 
     #[inline]
     fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) {
-        walk::walk(image.words(), vectors, query);
+        if !image.words().is_empty() {
+            walk(Packed { words: image.words() }, vectors, query);
+        }
     }
 
     #[inline]
@@ -183,7 +168,7 @@ impl Structure for CompactOctree {
         start: impl Fn(usize) -> Option<Q>,
         finish: impl FnMut(usize, &Q),
     ) {
-        walk::walk_each(image.words(), vectors, count, start, finish);
+        walk_each(Packed { words: image.words() }, vectors, count, start, finish);
     }
 
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {
@@ -201,7 +186,7 @@ fn check(words: &[u32], triangle_count: u32) -> Option<Statistics> {
     }
     let mut end = HEAD_WORDS;
     let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
-    stack.push((head(words).root, 0)).ok()?;
+    stack.push((*words.first()?, 0)).ok()?;
     while let Some((link, depth)) = stack.pop() {
         // Depth-first order: each node begins where the one before ended.
         if (link & !LEAF) as usize != end {

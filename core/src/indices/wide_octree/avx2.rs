@@ -15,51 +15,49 @@ use core::arch::x86_64::{
 };
 
 use super::lanes::{DISTANCE, EARLIER, FAR, LATER, LaneRay, Lanes, SUM, UNDERFLOW};
-use super::walk::{walk_each_in_lanes, walk_in_lanes};
-use super::{Head, LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
+use super::walk::{InLanes, walk_each_in_lanes, walk_in_lanes};
+use super::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::query::Query;
 
 pub(in crate::indices) enum Avx2 {}
 
 /// See `walk_in_lanes`.
 #[inline]
-pub(super) fn walk<Q: Query>(rows: &[Row], head: Head, query: &mut Q) {
+pub(super) fn walk<T: InLanes<Avx2>, Q: Query>(tree: T, query: &mut Q) {
     // SAFETY: only called where `Vectors::has_avx2` is true, which `Vectors::detect` alone can make so,
     // after the processor and the system said that they have AVX2.
-    unsafe { walk_with_avx2(rows, head, query) }
+    unsafe { walk_with_avx2(tree, query) }
 }
 
 // A function of its own, so that its registers are not shared with those of the caller.
 #[inline(never)]
 #[target_feature(enable = "avx2")]
-fn walk_with_avx2<Q: Query>(rows: &[Row], head: Head, query: &mut Q) {
-    walk_in_lanes::<Avx2, Q>(rows, head, query);
+fn walk_with_avx2<T: InLanes<Avx2>, Q: Query>(tree: T, query: &mut Q) {
+    walk_in_lanes::<Avx2, T, Q>(tree, query);
 }
 
 /// See `walk_each_in_lanes`.
 #[inline]
-pub(super) fn walk_each<Q: Query>(
-    rows: &[Row],
-    head: Head,
+pub(super) fn walk_each<T: InLanes<Avx2>, Q: Query>(
+    tree: T,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
     finish: impl FnMut(usize, &Q),
 ) {
     // SAFETY: see `walk`.
-    unsafe { walk_each_with_avx2(rows, head, count, start, finish) }
+    unsafe { walk_each_with_avx2(tree, count, start, finish) }
 }
 
 // A function of its own, so that its registers are not shared with those of the caller.
 #[inline(never)]
 #[target_feature(enable = "avx2")]
-fn walk_each_with_avx2<Q: Query>(
-    rows: &[Row],
-    head: Head,
+fn walk_each_with_avx2<T: InLanes<Avx2>, Q: Query>(
+    tree: T,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
     finish: impl FnMut(usize, &Q),
 ) {
-    walk_each_in_lanes::<Avx2, Q>(rows, head, count, start, finish);
+    walk_each_in_lanes::<Avx2, T, Q>(tree, count, start, finish);
 }
 
 impl Lanes for Avx2 {

@@ -28,7 +28,10 @@
 pub(super) mod avx2;
 mod build;
 pub(super) mod lanes;
-mod walk;
+mod tree;
+pub(super) mod walk;
+
+use tree::Rows;
 
 use super::{Division, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
@@ -75,13 +78,16 @@ pub(super) fn leaf_count(link: u32) -> u32 {
     (link >> COUNT_SHIFT & 7) + 1
 }
 
-/// The rows, and the head of them.
+/// The rows of an image; none where they are not whole, and nothing is to be hit.
 #[inline]
-pub(super) fn rows<'a>(image: &Image<'a>) -> Option<(&'a [Row], Head)> {
-    let rows: &[Row] = bytemuck::try_cast_slice(image.words()).ok()?;
-    let &[root, edge, largest, ..] = rows.first()?;
+fn rows<'a>(image: &Image<'a>) -> Rows<'a> {
+    let rows: &[Row] = bytemuck::try_cast_slice(image.words()).unwrap_or(&[]);
+    let [root, edge, largest] = match rows.first() {
+        Some(&[root, edge, largest, ..]) => [root, edge, largest],
+        None => [EMPTY, 0, 0],
+    };
     let (edge, largest) = (f32::from_bits(edge), f32::from_bits(largest));
-    Some((rows, Head { root, edge, largest }))
+    Rows { rows, head: Head { root, edge, largest } }
 }
 
 /// Where a walk begins.
@@ -129,7 +135,9 @@ impl Structure for WideOctree {
 
     #[inline]
     fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) {
-        walk::walk(image, vectors, query);
+        if !image.words().is_empty() {
+            walk::walk(rows(image), vectors, query);
+        }
     }
 
     #[inline]
@@ -140,7 +148,7 @@ impl Structure for WideOctree {
         start: impl Fn(usize) -> Option<Q>,
         finish: impl FnMut(usize, &Q),
     ) {
-        walk::walk_each(image, vectors, count, start, finish);
+        walk::walk_each(rows(image), vectors, count, start, finish);
     }
 
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {
@@ -153,7 +161,7 @@ fn check(image: &Image<'_>) -> Option<Statistics> {
     if image.triangle_count() == 0 {
         return image.words().is_empty().then_some(statistics);
     }
-    let (rows, head) = rows(image)?;
+    let Rows { rows, head } = rows(image);
     let mut end = HEAD_ROWS;
     let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
     stack.push((head.root, 0)).ok()?;

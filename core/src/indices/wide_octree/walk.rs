@@ -1,54 +1,112 @@
-//! The walk of one ray.
+//! The walk of one ray, and of several in turn, through any tree of eight boxes a node.
 
 use core::ops::ControlFlow;
 
 use super::lanes::{LaneRay, Lanes, Portable, key};
-use super::{
-    EDGES_ROW, EMPTY, Head, IDS_ROW, LANES, LEAF, LINKS_ROW, Leaf, Row, STACK, leaf_at, leaf_count,
-    node_at, rows, triangle_at,
-};
-use crate::geometry::{Aabb, RaySpan, Span};
-use crate::memory::Image;
+use super::{EMPTY, LANES, LEAF, STACK};
+use crate::Vectors;
+use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::query::{Query, TriangleId};
-use crate::{Vec3, Vectors};
+
+/// A tree of nodes of up to eight boxes, and of leaves.
+pub(in crate::indices) trait Tree: Copy {
+    /// Where a walk begins.
+    fn root(self) -> Step;
+
+    /// The largest coordinate of any triangle.
+    fn largest(self) -> f32;
+
+    /// Shows the children of a node.
+    fn for_each_child(self, link: u32, show: impl FnMut(u32, Aabb));
+
+    /// Shows the triangles of a leaf, and counts them.
+    fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()>;
+}
+
+/// A tree that can be read in lanes.
+pub(in crate::indices) trait InLanes<L: Lanes>: Tree {
+    /// As [`Lanes::meet_boxes`]; `None` for a link that leads nowhere.
+    fn meet_node(self, link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys>;
+
+    /// The child in one lane of a node.
+    fn child(self, link: u32, lane: usize) -> Option<Step>;
+
+    /// Decides about the triangles of a leaf that the ray may hit up to `last`, and counts all.
+    fn test_leaf<Q: Query>(
+        self,
+        step: Step,
+        ray: &LaneRay,
+        last: f32,
+        query: &mut Q,
+    ) -> ControlFlow<()>;
+
+    /// Asks the memory for what a link leads to.
+    #[inline(always)]
+    fn prefetch(self, _: u32) {}
+}
+
+/// A node or a leaf to be entered.
+#[derive(Clone, Copy)]
+pub(in crate::indices) struct Step {
+    /// Where it is; a leaf where [`LEAF`] is set.
+    pub link: u32,
+    /// What the link of a leaf has to say of its longest edge, where the leaf does not.
+    pub edge: f32,
+}
+
+impl Step {
+    /// Nothing to be entered.
+    pub const NOWHERE: Self = Self { link: EMPTY, edge: 0.0 };
+}
 
 #[inline]
-pub(super) fn walk<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) {
-    let Some((rows, head)) = rows(image) else { return };
+pub(in crate::indices) fn walk<T: InEvery, Q: Query>(tree: T, vectors: Vectors, query: &mut Q) {
     #[cfg(target_arch = "x86_64")]
     if vectors.has_avx2() {
-        return super::avx2::walk(rows, head, query);
+        return super::avx2::walk(tree, query);
     }
     let _ = vectors;
-    walk_in_lanes::<Portable, Q>(rows, head, query);
+    walk_in_lanes::<Portable, T, Q>(tree, query);
 }
 
 /// See [`Structure::traverse_each`](crate::indices::Structure::traverse_each).
 #[inline]
-pub(super) fn walk_each<Q: Query>(
-    image: &Image<'_>,
+pub(in crate::indices) fn walk_each<T: InEvery, Q: Query>(
+    tree: T,
     vectors: Vectors,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
     finish: impl FnMut(usize, &Q),
 ) {
-    // Without rows there is nothing to be hit.
-    let (rows, head) = rows(image).unwrap_or((&[], Head { root: EMPTY, edge: 0.0, largest: 0.0 }));
     #[cfg(target_arch = "x86_64")]
     if vectors.has_avx2() {
-        return super::avx2::walk_each(rows, head, count, start, finish);
+        return super::avx2::walk_each(tree, count, start, finish);
     }
     let _ = vectors;
-    walk_each_in_lanes::<Portable, Q>(rows, head, count, start, finish);
+    walk_each_in_lanes::<Portable, T, Q>(tree, count, start, finish);
 }
 
+/// A tree that all lanes of this target can read.
+#[cfg(target_arch = "x86_64")]
+pub(in crate::indices) trait InEvery:
+    InLanes<Portable> + InLanes<super::avx2::Avx2>
+{
+}
+#[cfg(target_arch = "x86_64")]
+impl<T: InLanes<Portable> + InLanes<super::avx2::Avx2>> InEvery for T {}
+/// A tree that all lanes of this target can read.
+#[cfg(not(target_arch = "x86_64"))]
+pub(in crate::indices) trait InEvery: InLanes<Portable> {}
+#[cfg(not(target_arch = "x86_64"))]
+impl<T: InLanes<Portable>> InEvery for T {}
+
 #[inline(always)]
-pub(super) fn walk_in_lanes<L: Lanes, Q: Query>(rows: &[Row], head: Head, query: &mut Q) {
-    let Some(ray) = LaneRay::new(query.ray(), head.largest) else {
-        return walk_in_f64(rows, head.root, query);
+pub(super) fn walk_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q) {
+    let Some(ray) = LaneRay::new(query.ray(), tree.largest()) else {
+        return walk_in_f64(tree, query);
     };
-    let mut walk = Walk::<L>::new(ray, head, query);
-    while walk.step(rows, query).is_continue() {}
+    let mut walk = Walk::<L>::new(ray, tree.root(), query);
+    while walk.step(tree, query).is_continue() {}
 }
 
 /// Rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
@@ -56,9 +114,8 @@ pub(super) fn walk_in_lanes<L: Lanes, Q: Query>(rows: &[Row], head: Head, query:
 const IN_TURN: usize = 4;
 
 #[inline(always)]
-pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
-    rows: &[Row],
-    head: Head,
+pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
+    tree: T,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
     mut finish: impl FnMut(usize, &Q),
@@ -70,11 +127,11 @@ pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
             turn.place = place;
             turn.query = start(place);
             let Some(query) = &mut turn.query else { return };
-            if let Some(ray) = LaneRay::new(query.ray(), head.largest) {
-                turn.walk.begin(ray, head, query);
+            if let Some(ray) = LaneRay::new(query.ray(), tree.largest()) {
+                turn.walk.begin(ray, tree.root(), query);
                 return;
             }
-            walk_in_f64(rows, head.root, query);
+            walk_in_f64(tree, query);
             finish(place, query);
         }
         turn.query = None;
@@ -89,11 +146,11 @@ pub(super) fn walk_each_in_lanes<L: Lanes, Q: Query>(
         for turn in &mut turns {
             let Some(query) = &mut turn.query else { continue };
             any = true;
-            if turn.walk.step(rows, query).is_break() {
+            if turn.walk.step(tree, query).is_break() {
                 finish(turn.place, query);
                 next(turn, &mut finish);
             } else {
-                L::prefetch(rows, turn.walk.link);
+                tree.prefetch(turn.walk.next.link);
             }
         }
         if !any {
@@ -109,13 +166,11 @@ struct Turn<L: Lanes, Q> {
     place: usize,
 }
 
-/// The walk of one ray: the nearest child first. What is left of a node waits as one entry: its row, and
+/// The walk of one ray: the nearest child first. What is left of a node waits as one entry: its link, and
 /// the keys of the children that were not entered.
 struct Walk<L: Lanes> {
     ray: LaneRay,
-    /// The node to be entered.
-    link: u32,
-    edge: f32,
+    next: Step,
     last: f32,
     stack: heapless::Vec<(L::Keys, u32), STACK>,
 }
@@ -124,42 +179,38 @@ impl<L: Lanes> Walk<L> {
     /// No walk yet.
     fn idle() -> Self {
         let stack = heapless::Vec::new();
-        Self { ray: LaneRay::default(), link: EMPTY, edge: 0.0, last: 0.0, stack }
+        Self { ray: LaneRay::default(), next: Step::NOWHERE, last: 0.0, stack }
     }
 
     #[inline(always)]
-    fn new<Q: Query>(ray: LaneRay, head: Head, query: &Q) -> Self {
-        let (last, stack) = (finite(query.last_t()), heapless::Vec::new());
-        Self { ray, link: head.root, edge: head.edge, last, stack }
+    fn new<Q: Query>(ray: LaneRay, root: Step, query: &Q) -> Self {
+        Self { ray, next: root, last: finite(query.last_t()), stack: heapless::Vec::new() }
     }
 
     /// As `new`, in place: most of a walk is room for its stack.
     #[inline(always)]
-    fn begin<Q: Query>(&mut self, ray: LaneRay, head: Head, query: &Q) {
+    fn begin<Q: Query>(&mut self, ray: LaneRay, root: Step, query: &Q) {
         self.ray = ray;
-        (self.link, self.edge) = (head.root, head.edge);
+        self.next = root;
         self.last = finite(query.last_t());
         self.stack.clear();
     }
 
     /// Enters one node; `Break` when the walk is over.
     #[inline(always)]
-    fn step<Q: Query>(&mut self, rows: &[Row], query: &mut Q) -> ControlFlow<()> {
+    fn step<T: InLanes<L>, Q: Query>(&mut self, tree: T, query: &mut Q) -> ControlFlow<()> {
         const DONE: ControlFlow<()> = ControlFlow::Break(());
         query.enter();
-        let link = self.link;
-        let (mut keys, mut row);
-        if link & LEAF != 0 {
-            if let Some(leaf) = leaf_at(rows, link) {
-                let count = leaf_count(link);
-                test_leaf::<L, Q>(leaf, count, self.edge, &self.ray, self.last, query)?;
-                self.last = finite(query.last_t());
-            }
+        let (mut keys, mut above);
+        if self.next.link & LEAF != 0 {
+            tree.test_leaf(self.next, &self.ray, self.last, query)?;
+            self.last = finite(query.last_t());
             let Some(top) = self.stack.pop() else { return DONE };
-            (keys, row) = top;
+            (keys, above) = top;
         } else {
-            let Some(node) = node_at(rows, link) else { return DONE };
-            (keys, row) = (L::meet_boxes(node, &self.ray, self.last), link);
+            let link = self.next.link;
+            let Some(met) = tree.meet_node(link, &self.ray, self.last) else { return DONE };
+            (keys, above) = (met, link);
         }
         // The nearest child that is not entered yet, of the lowest node that has one.
         let lane = loop {
@@ -168,37 +219,34 @@ impl<L: Lanes> Walk<L> {
                 break lane;
             }
             let Some(top) = self.stack.pop() else { return DONE };
-            (keys, row) = top;
+            (keys, above) = top;
         };
-        let Some(node) = node_at(rows, row) else { return DONE };
-        self.link = node[LINKS_ROW][lane];
-        self.edge = f32::from_bits(node[EDGES_ROW][lane]);
-        let pushed = self.stack.push((L::without(keys, lane), row)).is_ok();
+        let Some(child) = tree.child(above, lane) else { return DONE };
+        self.next = child;
+        let pushed = self.stack.push((L::without(keys, lane), above)).is_ok();
         debug_assert!(pushed, "validation bounds the depth");
         ControlFlow::Continue(())
     }
 }
 
+/// The last `t` as lanes compare with it.
 #[inline(always)]
-fn finite(t: f32) -> f32 {
+pub(in crate::indices) fn finite(t: f32) -> f32 {
     if t < f32::MAX { t } else { f32::MAX }
 }
 
+/// Decides about the triangles of which a bit is set.
 #[inline(always)]
-fn test_leaf<L: Lanes, Q: Query>(
-    leaf: &Leaf,
-    count: u32,
-    edge: f32,
-    ray: &LaneRay,
-    last: f32,
+pub(in crate::indices) fn decide_each<Q: Query>(
+    mut candidates: u32,
     query: &mut Q,
+    triangle: impl Fn(usize) -> (TriangleId, Triangle),
 ) -> ControlFlow<()> {
-    query.count_tests(count);
-    let mut candidates = L::meet_triangles(leaf, ray, edge, last) & ((1 << count) - 1);
     while candidates != 0 {
         let lane = candidates.trailing_zeros() as usize % LANES;
         candidates &= candidates - 1;
-        query.decide(TriangleId(leaf[IDS_ROW][lane]), &triangle_at(leaf, lane))?;
+        let (id, triangle) = triangle(lane);
+        query.decide(id, &triangle)?;
     }
     ControlFlow::Continue(())
 }
@@ -206,10 +254,10 @@ fn test_leaf<L: Lanes, Q: Query>(
 /// For rays beyond what `lanes` can bound: box by box, triangle by triangle.
 #[cold]
 #[inline(never)]
-fn walk_in_f64<Q: Query>(rows: &[Row], root: u32, query: &mut Q) {
+fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
     let ray = RaySpan::new(query.ray());
     let mut stack = heapless::Vec::<(u32, Span), { STACK * LANES }>::new();
-    let mut next = Some((root, ray.whole()));
+    let mut next = Some((tree.root().link, ray.whole()));
     while let Some((link, span)) = next.or_else(|| stack.pop()) {
         next = None;
         if span.from > query.last() {
@@ -217,27 +265,17 @@ fn walk_in_f64<Q: Query>(rows: &[Row], root: u32, query: &mut Q) {
         }
         query.enter();
         if link & LEAF != 0 {
-            let Some(leaf) = leaf_at(rows, link) else { continue };
-            query.count_tests(leaf_count(link));
-            for (lane, &id) in leaf[IDS_ROW].iter().enumerate().take(leaf_count(link) as usize) {
-                if query.decide(TriangleId(id), &triangle_at(leaf, lane)).is_break() {
-                    return;
-                }
+            if tree.decide_leaf(link, query).is_break() {
+                return;
             }
             continue;
         }
-        let Some(node) = node_at(rows, link) else { continue };
-        for (lane, &child) in node[LINKS_ROW].iter().enumerate() {
-            let number = |row: usize| f32::from_bits(node[row][lane]);
-            let bounds = Aabb::new(
-                Vec3::new(number(0), number(2), number(4)),
-                Vec3::new(number(1), number(3), number(5)),
-            );
+        tree.for_each_child(link, |child, bounds| {
             let span = ray.clip(&bounds, span);
-            if child != EMPTY && !span.is_empty() {
+            if !span.is_empty() {
                 let pushed = stack.push((child, span)).is_ok();
                 debug_assert!(pushed, "validation bounds the depth");
             }
-        }
+        });
     }
 }

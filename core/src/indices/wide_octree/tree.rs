@@ -1,0 +1,87 @@
+//! The rows, as a walk reads them.
+
+use core::ops::ControlFlow;
+
+use super::lanes::{LaneRay, Lanes};
+use super::walk::{InLanes, Step, Tree, decide_each};
+use super::{
+    EDGES_ROW, EMPTY, Head, IDS_ROW, LINKS_ROW, Row, leaf_at, leaf_count, node_at, triangle_at,
+};
+use crate::Vec3;
+use crate::geometry::Aabb;
+use crate::query::{Query, TriangleId};
+
+/// The rows of an image, and their head.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    pub rows: &'a [Row],
+    pub head: Head,
+}
+
+impl Tree for Rows<'_> {
+    #[inline(always)]
+    fn root(self) -> Step {
+        Step { link: self.head.root, edge: self.head.edge }
+    }
+
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        self.head.largest
+    }
+
+    fn for_each_child(self, link: u32, mut show: impl FnMut(u32, Aabb)) {
+        let Some(node) = node_at(self.rows, link) else { return };
+        for (lane, &child) in node[LINKS_ROW].iter().enumerate() {
+            let number = |row: usize| f32::from_bits(node[row][lane]);
+            let lo = Vec3::new(number(0), number(2), number(4));
+            let hi = Vec3::new(number(1), number(3), number(5));
+            if child != EMPTY {
+                show(child, Aabb::new(lo, hi));
+            }
+        }
+    }
+
+    fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
+        let Some(leaf) = leaf_at(self.rows, link) else { return ControlFlow::Continue(()) };
+        let count = leaf_count(link);
+        query.count_tests(count);
+        decide_each((1 << count) - 1, query, |lane| {
+            (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane))
+        })
+    }
+}
+
+impl<L: Lanes> InLanes<L> for Rows<'_> {
+    #[inline(always)]
+    fn meet_node(self, link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys> {
+        Some(L::meet_boxes(node_at(self.rows, link)?, ray, last))
+    }
+
+    #[inline(always)]
+    fn child(self, link: u32, lane: usize) -> Option<Step> {
+        let node = node_at(self.rows, link)?;
+        Some(Step { link: node[LINKS_ROW][lane], edge: f32::from_bits(node[EDGES_ROW][lane]) })
+    }
+
+    #[inline(always)]
+    fn test_leaf<Q: Query>(
+        self,
+        step: Step,
+        ray: &LaneRay,
+        last: f32,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
+        let count = leaf_count(step.link);
+        query.count_tests(count);
+        let candidates = L::meet_triangles(leaf, ray, step.edge, last) & ((1 << count) - 1);
+        decide_each(candidates, query, |lane| {
+            (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane))
+        })
+    }
+
+    #[inline(always)]
+    fn prefetch(self, link: u32) {
+        L::prefetch(self.rows, link);
+    }
+}
