@@ -214,7 +214,7 @@ fn picture(folder: &Path, model: &Model) -> anyhow::Result<(PathBuf, String)> {
         }
     }
     let line = format!(
-        "{}: {} triangles, {} clusters in {} size classes",
+        "{}: {} triangles; clusters: {}; size classes: {}",
         model.name,
         count(model.triangles.len() as u64),
         count(clusters.count() as u64),

@@ -89,7 +89,7 @@ fn scenes_section(page: &mut Page, scenes: &[SceneComparison]) {
         }),
     );
     page.table(
-        "Bytes per triangle, the triangle's 36 included",
+        "Bytes per triangle, with all that answering needs",
         &headings,
         &overview(&|one| format!("{:.0}", one.bytes as f64 / one.triangle_count as f64)),
     );
