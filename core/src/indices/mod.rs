@@ -164,6 +164,16 @@ pub struct Division<'a> {
     pub nodes: &'a mut [ClusterNode],
 }
 
+impl Division<'_> {
+    /// Tells the leaves of the cluster tree that all words belong to the first: one index over all clusters.
+    pub(crate) fn first_owns(&mut self, word_count: usize) {
+        let words = word_count as u32;
+        for (at, (leaf, _)) in self.nodes.iter_mut().zip(self.clusters.iter()).enumerate() {
+            leaf.links = if at == 0 { [0, words] } else { [words, 0] };
+        }
+    }
+}
+
 /// What a local index is built from.
 #[derive(Clone, Copy)]
 pub struct Group<'a> {

@@ -8,7 +8,9 @@ use crate::auto::CostModel;
 use crate::index::{Capacity, Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
-use crate::{BuildError, Executor, ImageError, Options, Ray, Scene, indices::Statistics};
+use crate::{
+    BuildError, Executor, ImageError, Options, Ray, Scene, Sequential, indices::Statistics,
+};
 
 registry! {
     /// Every triangle, one after the other: the oracle.
@@ -102,11 +104,7 @@ macro_rules! registry {
                 options: &Options,
                 scratch: &mut [u8],
             ) -> Result<Capacity, BuildError> {
-                match self {
-                    $(Self::$variant => {
-                        Index::<$representation>::capacity(scene, options, scratch)
-                    })*
-                }
+                self.capacity_with(scene, options, scratch, &Sequential)
             }
 
             /// See [`Index::capacity_with`].
@@ -138,11 +136,7 @@ macro_rules! registry {
                 arena: &'a mut [u8],
                 scratch: &mut [u8],
             ) -> Result<AnyIndex<'a>, BuildError> {
-                match self {
-                    $(Self::$variant => {
-                        Index::build(scene, options, arena, scratch).map(AnyIndex::$variant)
-                    })*
-                }
+                self.build_with(scene, options, arena, scratch, &Sequential)
             }
 
             /// See [`Index::build_with`].

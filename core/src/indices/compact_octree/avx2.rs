@@ -6,17 +6,15 @@
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
-    __m128i, __m256, __m256i, _CMP_GT_OQ, _mm_packus_epi32, _mm256_add_ps, _mm256_blendv_ps,
-    _mm256_castps_si256, _mm256_castsi256_ps, _mm256_castsi256_si128, _mm256_cmp_ps,
-    _mm256_cvtepi32_ps, _mm256_cvtepu16_epi32, _mm256_extracti128_si256, _mm256_max_ps,
-    _mm256_min_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_ps, _mm256_set1_epi32,
-    _mm256_set1_ps, _mm256_slli_epi32, _mm256_srli_epi32, _mm256_srlv_epi32, _mm256_sub_ps,
+    __m128i, __m256, __m256i, _mm256_add_ps, _mm256_blendv_ps, _mm256_castsi256_ps,
+    _mm256_cvtepi32_ps, _mm256_cvtepu16_epi32, _mm256_mul_ps, _mm256_permutevar8x32_ps,
+    _mm256_set1_epi32, _mm256_set1_ps, _mm256_slli_epi32, _mm256_srlv_epi32,
 };
 
 use super::lanes::Unpack;
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
-use crate::indices::wide_octree::avx2::Avx2;
-use crate::indices::wide_octree::lanes::{EARLIER, LATER, LaneRay, UNDERFLOW};
+use crate::indices::wide_octree::avx2::{Avx2, meet_planes};
+use crate::indices::wide_octree::lanes::LaneRay;
 use crate::indices::wide_octree::{LANES, Leaf, Row};
 
 impl Unpack for Avx2 {
@@ -33,7 +31,7 @@ impl Unpack for Avx2 {
     }
 }
 
-/// Eight bytes as floats.
+/// Eight numbers of 16 bits as floats.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn floats(numbers: [u32; 4]) -> __m256 {
@@ -43,33 +41,11 @@ fn floats(numbers: [u32; 4]) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-    let mut entry = _mm256_set1_ps(0.0);
-    let mut exit = _mm256_set1_ps(f32::INFINITY);
-    for axis in 0..3 {
-        let sign = ray.signs[axis] as usize & 1;
-        let anchor = _mm256_set1_ps(node.anchor[axis]);
-        let origin = _mm256_set1_ps(ray.origin[axis]);
-        let step = _mm256_set1_ps(node.step[axis]);
-        let inverse = _mm256_set1_ps(ray.inverse[axis]);
-        let distance = |side: usize| {
-            let quanta = floats(node.planes[2 * axis + side]);
-            let plane = _mm256_add_ps(_mm256_mul_ps(quanta, step), anchor);
-            _mm256_mul_ps(_mm256_sub_ps(plane, origin), inverse)
-        };
-        // Of a NaN and a number, these return the second operand.
-        entry = _mm256_max_ps(distance(sign), entry);
-        exit = _mm256_min_ps(distance(1 - sign), exit);
-    }
-    let entry = _mm256_mul_ps(entry, _mm256_set1_ps(EARLIER));
-    let entry = _mm256_max_ps(entry, _mm256_set1_ps(ray.t_min));
-    let exit = _mm256_mul_ps(exit, _mm256_set1_ps(LATER));
-    let exit = _mm256_min_ps(exit, _mm256_set1_ps(last));
-    let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
-    // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
-    let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);
-    let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
-    let keys: __m256i = _mm256_srli_epi32::<16>(keys);
-    _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
+    meet_planes(ray, last, |axis, side| {
+        let quanta = floats(node.planes[(2 * axis + side) % 6]);
+        let step = _mm256_set1_ps(node.step[axis % 3]);
+        _mm256_add_ps(_mm256_mul_ps(quanta, step), _mm256_set1_ps(node.anchor[axis % 3]))
+    })
 }
 
 /// Eight numbers of a block.

@@ -5,12 +5,14 @@ use super::{
     NODE_WORDS, Node,
 };
 use crate::geometry::Aabb;
+use crate::indices::wide_octree::tree::WideTree;
+use crate::indices::wide_octree::walk::Tree;
 use crate::indices::wide_octree::{
-    self, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF_ROWS, LINKS_ROW, NODE_ROWS, Row, WideOctree,
+    self, HEAD_ROWS, IDS_ROW, LANES, LEAF_ROWS, NODE_ROWS, WideOctree,
 };
 use crate::indices::{Division, Structure};
 use crate::memory::{Arena, Words, size_of_slice};
-use crate::{BuildError, Executor, Options, Triangle, Vec3};
+use crate::{BuildError, Executor, Options, Triangle};
 
 /// The most words of a wide octree over so many triangles: each a leaf of its own, at worst. Nodes of eight
 /// children are then a seventh as many at most. The others have more than eight triangles, all of them in leaves
@@ -30,13 +32,13 @@ pub(super) fn scratch_bytes(triangle_count: usize) -> usize {
 }
 
 pub(super) fn build(
-    division: Division<'_>,
+    mut division: Division<'_>,
     options: &Options,
     words: &mut Words<'_>,
     scratch: &mut [u8],
     executor: &impl Executor,
 ) -> Result<(), BuildError> {
-    let Division { triangles, clusters, nodes } = division;
+    let triangles = division.triangles;
     let count = triangles.len();
     if count == 0 {
         return Ok(());
@@ -45,37 +47,28 @@ pub(super) fn build(
     let full = BuildError::ScratchFull { needed, given: scratch.len() };
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
     let slots = arena.take::<u32>(wide_words(count)).ok_or(full)?;
-    let mut wide = Words::new(slots);
-    let again = Division { triangles, clusters, nodes: &mut *nodes };
-    WideOctree::build(again, options, &mut wide, arena.into_rest(), executor)?;
-    debug_assert!(wide.len() <= wide_words(count), "a proven bound");
-    let slots: &[u32] = slots;
-    let rows: &[Row] = bytemuck::try_cast_slice(slots).unwrap_or_default();
-    let &[root, _, largest, ..] = rows.first().ok_or(full)?;
+    let mut written = Words::new(&mut *slots);
+    let again = Division { nodes: &mut *division.nodes, ..division };
+    WideOctree::build(again, options, &mut written, arena.into_rest(), executor)?;
+    debug_assert!(written.len() <= wide_words(count), "a proven bound");
+    let wide = WideTree::of(slots);
 
     let head = words.len();
     words.extend(&[0; HEAD_WORDS]);
-    let link = Encoder { triangles, rows, words: &mut *words }.subtree(root);
+    let link = Encoder { triangles, wide, words: &mut *words }.subtree(wide.root().link);
     words.set(head, link);
-    words.set(head + 1, largest);
+    words.set(head + 1, wide.largest().to_bits());
     words.extend(&[0; BLOCK_WORDS]);
     if words.len() > MOST_WORDS {
         return Err(BuildError::TooLarge);
     }
-    // One index over all clusters: it belongs to the first.
-    for (leaf, _) in nodes.iter_mut().zip(clusters.iter()) {
-        leaf.links = [words.len() as u32, 0];
-    }
-    if let Some(first) = nodes.first_mut() {
-        first.links = [0, words.len() as u32];
-    }
+    division.first_owns(words.len());
     Ok(())
 }
 
 struct Encoder<'e, 'w> {
     triangles: &'e [Triangle],
-    /// The wide octree.
-    rows: &'e [Row],
+    wide: WideTree<'e>,
     words: &'e mut Words<'w>,
 }
 
@@ -84,28 +77,22 @@ impl Encoder<'_, '_> {
     /// tree.
     fn subtree(&mut self, link: u32) -> u32 {
         let place = self.words.len() as u32;
-        let rows = self.rows;
         if link & wide_octree::LEAF != 0 {
-            if let Some(leaf) = wide_octree::leaf_at(rows, link) {
+            if let Some(leaf) = wide_octree::leaf_at(self.wide.rows, link) {
                 let ids = leaf[IDS_ROW].iter().take(wide_octree::leaf_count(link) as usize);
                 self.leaf(ids.copied().collect());
             }
             return LEAF | place;
         }
-        let Some(node) = wide_octree::node_at(rows, link) else { return super::EMPTY };
+        let mut children = heapless::Vec::<u32, LANES>::new();
         let mut boxes = heapless::Vec::<Aabb, LANES>::new();
-        for (lane, &child) in node[LINKS_ROW].iter().enumerate() {
-            let number = |row: usize| f32::from_bits(node[row][lane]);
-            let lo = Vec3::new(number(0), number(2), number(4));
-            let hi = Vec3::new(number(1), number(3), number(5));
-            if child != EMPTY && boxes.push(Aabb::new(lo, hi)).is_err() {
-                break;
-            }
-        }
+        self.wide.for_each_child(link, |child, bounds| {
+            let pushed = children.push(child).is_ok() && boxes.push(bounds).is_ok();
+            debug_assert!(pushed, "a node has eight lanes");
+        });
         self.words.extend(Node::of(&boxes).words());
         let links = place as usize + NODE_WORDS - LANES;
-        let children = node[LINKS_ROW].iter().filter(|&&child| child != EMPTY);
-        for (lane, &child) in children.enumerate() {
+        for (lane, &child) in children.iter().enumerate() {
             let link = self.subtree(child);
             self.words.set(links + lane, link);
         }

@@ -1,10 +1,8 @@
 //! Unpacking, eight at once; what is unpacked is tested as in the wide octree.
 
 use super::{BLOCK_HEAD, BLOCK_WORDS, Block, Node, corner_at, vertex_count};
-use crate::indices::wide_octree::lanes::{
-    EARLIER, FAR, LATER, LaneRay, Lanes, Portable, UNDERFLOW, key, larger, smaller,
-};
-use crate::indices::wide_octree::{LANES, Leaf};
+use crate::indices::wide_octree::Leaf;
+use crate::indices::wide_octree::lanes::{Eight, LaneRay, Lanes, Portable, meet_planes};
 
 /// Lanes that can read nodes and blocks.
 pub(super) trait Unpack: Lanes {
@@ -18,28 +16,11 @@ pub(super) trait Unpack: Lanes {
 impl Unpack for Portable {
     #[inline(always)]
     fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys {
-        let mut entry = [0.0; LANES];
-        let mut exit = [f32::INFINITY; LANES];
-        for axis in 0..3 {
-            let sign = ray.signs[axis] as usize & 1;
-            let (anchor, step) = (node.anchor[axis], node.step[axis]);
-            let origin = ray.origin[axis];
-            let inverse = ray.inverse[axis];
-            for lane in 0..LANES {
-                let plane = |side| f32::from(node.quantum(axis, side, lane)) * step + anchor;
-                entry[lane] = larger((plane(sign) - origin) * inverse, entry[lane]);
-                exit[lane] = smaller((plane(1 - sign) - origin) * inverse, exit[lane]);
-            }
-        }
-        let mut keys = [FAR; LANES];
-        for lane in 0..LANES {
-            let entry = larger(entry[lane] * EARLIER, ray.t_min);
-            let exit = smaller(exit[lane] * LATER, last) + UNDERFLOW;
-            if entry <= exit {
-                keys[lane] = key(entry);
-            }
-        }
-        keys
+        meet_planes(ray, last, |axis, side| {
+            let quantum = |lane| f32::from(node.quantum(axis, side, lane)).to_bits();
+            let quanta = Eight::of(&core::array::from_fn(quantum));
+            quanta * Eight::all(node.step[axis % 3]) + Eight::all(node.anchor[axis % 3])
+        })
     }
 
     #[inline(always)]

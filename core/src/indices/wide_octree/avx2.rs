@@ -108,12 +108,23 @@ fn load(row: &Row) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
+    meet_planes(ray, last, |axis, side| load(&node[2 * axis + side]))
+}
+
+/// As `lanes::meet_planes`.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(in crate::indices) fn meet_planes(
+    ray: &LaneRay,
+    last: f32,
+    plane: impl Fn(usize, usize) -> __m256,
+) -> __m128i {
     let mut entry = _mm256_set1_ps(0.0);
     let mut exit = _mm256_set1_ps(f32::INFINITY);
     for axis in 0..3 {
         let sign = ray.signs[axis] as usize & 1;
-        let near = load(&node[2 * axis + sign]);
-        let far = load(&node[2 * axis + (1 - sign)]);
+        let near = plane(axis, sign);
+        let far = plane(axis, 1 - sign);
         let origin = _mm256_set1_ps(ray.origin[axis]);
         let inverse = _mm256_set1_ps(ray.inverse[axis]);
         // Of a NaN and a number, these return the second operand.

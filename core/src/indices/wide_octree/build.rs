@@ -98,12 +98,12 @@ pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
 }
 
 pub(super) fn build(
-    division: Division<'_>,
+    mut division: Division<'_>,
     words: &mut Words<'_>,
     scratch: &mut [u8],
     executor: &impl Executor,
 ) -> Result<(), BuildError> {
-    let Division { triangles, clusters, nodes } = division;
+    let Division { triangles, clusters, ref nodes } = division;
     let count = triangles.len();
     let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
     // Every triangle a leaf, and a node for every two children.
@@ -135,13 +135,7 @@ pub(super) fn build(
             }
         }
     }
-    // One index over all clusters: it belongs to the first.
-    for (leaf, _) in nodes.iter_mut().zip(clusters.iter()) {
-        leaf.links = [words.len() as u32, 0];
-    }
-    if let Some(first) = nodes.first_mut() {
-        first.links = [0, words.len() as u32];
-    }
+    division.first_owns(words.len());
     Ok(())
 }
 
@@ -345,21 +339,17 @@ impl<E: Executor> Builder<'_, E> {
         let Some((node, below)) = rows.split_at_mut_checked(NODE_ROWS as usize) else {
             return Child::NONE;
         };
-        let mut runs = heapless::Vec::<Run, LANES>::new();
-        let mut first = Run { from: 0, rows: below.len() };
+        // The first part has no cut of its own, and takes what the others leave.
+        let mut runs = [Run { from: 0, rows: below.len() }; LANES];
+        let mut count = 1;
         let own = cuts.iter().enumerate().skip(1).filter(|(_, cut)| cut.level == level);
-        for (from, cut) in own {
-            let run = Run { from, rows: cut.rows as usize };
-            first.rows = first.rows.saturating_sub(run.rows);
-            let pushed = runs.push(run).is_ok();
-            debug_assert!(pushed, "at most seven cuts");
+        for (from, cut) in own.take(LANES - 1) {
+            let rows = cut.rows as usize;
+            runs[0].rows = runs[0].rows.saturating_sub(rows);
+            runs[count % LANES] = Run { from, rows };
+            count += 1;
         }
-        // The first part has no cut of its own.
-        let mut all = [first; LANES];
-        for (slot, run) in all.iter_mut().skip(1).zip(&runs) {
-            *slot = *run;
-        }
-        let runs = all.get(..runs.len() + 1).unwrap_or_default();
+        let runs = runs.get(..count).unwrap_or_default();
         let mut children = [Child::NONE; LANES];
         let place = (level + 1, row + NODE_ROWS);
         self.write_parts(items, cuts, runs, place, below, &mut children);

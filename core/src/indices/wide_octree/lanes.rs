@@ -62,13 +62,8 @@ pub(in crate::indices) const DISTANCE: f32 = 80.0 * R;
 
 /// Of a NaN and a number, the second.
 #[inline(always)]
-pub(in crate::indices) fn larger(a: f32, b: f32) -> f32 {
+fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
-}
-
-#[inline(always)]
-pub(in crate::indices) fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }
 
 impl LaneRay {
@@ -139,16 +134,17 @@ pub(in crate::indices) enum Portable {}
 
 /// Eight numbers.
 #[derive(Clone, Copy)]
-struct Eight([Vec4; 2]);
+pub(in crate::indices) struct Eight([Vec4; 2]);
 
 impl Eight {
     #[inline(always)]
-    fn all(x: f32) -> Self {
+    pub fn all(x: f32) -> Self {
         Self([Vec4::splat(x); 2])
     }
 
+    /// The numbers with these bits.
     #[inline(always)]
-    fn of(row: &Row) -> Self {
+    pub fn of(row: &Row) -> Self {
         Self(bytemuck::must_cast(*row))
     }
 
@@ -196,11 +192,6 @@ impl Eight {
         self.with(other, |a, b| {
             if cfg!(target_feature = "sse2") { a.min(b) } else { Vec4::select(a.cmplt(b), a, b) }
         })
-    }
-
-    #[inline(always)]
-    fn to_bits(self) -> [u32; LANES] {
-        bytemuck::must_cast(self.0)
     }
 }
 
@@ -258,31 +249,36 @@ fn cross(a: Points, b: Points) -> Points {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
+/// As [`Lanes::meet_boxes`], where `plane` gives the lower (0) or the upper (1) sides across an axis.
+#[inline(always)]
+pub(in crate::indices) fn meet_planes(
+    ray: &LaneRay,
+    last: f32,
+    plane: impl Fn(usize, usize) -> Eight,
+) -> [u16; LANES] {
+    let mut entry = Eight::all(0.0);
+    let mut exit = Eight::all(f32::INFINITY);
+    for axis in 0..3 {
+        let sign = ray.signs[axis] as usize & 1;
+        let origin = Eight::all(ray.origin[axis]);
+        let inverse = Eight::all(ray.inverse[axis]);
+        entry = ((plane(axis, sign) - origin) * inverse).larger(entry);
+        exit = ((plane(axis, 1 - sign) - origin) * inverse).smaller(exit);
+    }
+    let entry = (entry * Eight::all(EARLIER)).larger(Eight::all(ray.t_min));
+    let exit = (exit * Eight::all(LATER)).smaller(Eight::all(last)) + Eight::all(UNDERFLOW);
+    let missed = entry.above(exit);
+    let bits: [u32; LANES] = bytemuck::must_cast(entry.0);
+    let key = |lane: usize| if missed >> lane & 1 == 0 { (bits[lane] >> 16) as u16 } else { FAR };
+    core::array::from_fn(key)
+}
+
 impl Lanes for Portable {
     type Keys = [u16; LANES];
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys {
-        let mut entry = Eight::all(0.0);
-        let mut exit = Eight::all(f32::INFINITY);
-        for axis in 0..3 {
-            let sign = ray.signs[axis] as usize & 1;
-            let near = Eight::of(&node[2 * axis + sign]);
-            let far = Eight::of(&node[2 * axis + (1 - sign)]);
-            let origin = Eight::all(ray.origin[axis]);
-            let inverse = Eight::all(ray.inverse[axis]);
-            entry = ((near - origin) * inverse).larger(entry);
-            exit = ((far - origin) * inverse).smaller(exit);
-        }
-        let entry = (entry * Eight::all(EARLIER)).larger(Eight::all(ray.t_min));
-        let exit = (exit * Eight::all(LATER)).smaller(Eight::all(last)) + Eight::all(UNDERFLOW);
-        let missed = entry.above(exit);
-        let bits = entry.to_bits();
-        core::array::from_fn(
-            |lane| {
-                if missed >> lane & 1 == 0 { (bits[lane] >> 16) as u16 } else { FAR }
-            },
-        )
+        meet_planes(ray, last, |axis, side| Eight::of(&node[2 * axis + side]))
     }
 
     #[inline(always)]

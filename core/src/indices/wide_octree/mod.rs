@@ -28,10 +28,11 @@
 pub(super) mod avx2;
 mod build;
 pub(super) mod lanes;
-mod tree;
+pub(super) mod tree;
 pub(super) mod walk;
 
-use tree::Rows;
+use tree::WideTree;
+use walk::Tree;
 
 use super::{Division, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
@@ -78,27 +79,6 @@ pub(super) fn leaf_count(link: u32) -> u32 {
     (link >> COUNT_SHIFT & 7) + 1
 }
 
-/// The rows of an image; none where they are not whole, and nothing is to be hit.
-#[inline]
-fn rows<'a>(image: &Image<'a>) -> Rows<'a> {
-    let rows: &[Row] = bytemuck::try_cast_slice(image.words()).unwrap_or(&[]);
-    let [root, edge, largest] = match rows.first() {
-        Some(&[root, edge, largest, ..]) => [root, edge, largest],
-        None => [EMPTY, 0, 0],
-    };
-    let (edge, largest) = (f32::from_bits(edge), f32::from_bits(largest));
-    Rows { rows, head: Head { root, edge, largest } }
-}
-
-/// Where a walk begins.
-#[derive(Clone, Copy)]
-pub(super) struct Head {
-    pub root: u32,
-    pub edge: f32,
-    /// The largest coordinate of any triangle.
-    pub largest: f32,
-}
-
 /// The rows of a node.
 #[inline]
 pub(super) fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
@@ -136,7 +116,7 @@ impl Structure for WideOctree {
     #[inline]
     fn traverse<Q: Query>(image: &Image<'_>, vectors: Vectors, query: &mut Q) {
         if !image.words().is_empty() {
-            walk::walk(rows(image), vectors, query);
+            walk::walk(WideTree::of(image.words()), vectors, query);
         }
     }
 
@@ -148,7 +128,7 @@ impl Structure for WideOctree {
         start: impl Fn(usize) -> Option<Q>,
         finish: impl FnMut(usize, &Q),
     ) {
-        walk::walk_each(rows(image), vectors, count, start, finish);
+        walk::walk_each(WideTree::of(image.words()), vectors, count, start, finish);
     }
 
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {
@@ -161,10 +141,11 @@ fn check(image: &Image<'_>) -> Option<Statistics> {
     if image.triangle_count() == 0 {
         return image.words().is_empty().then_some(statistics);
     }
-    let Rows { rows, head } = rows(image);
+    let tree = WideTree::of(image.words());
+    let rows = tree.rows;
     let mut end = HEAD_ROWS;
     let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
-    stack.push((head.root, 0)).ok()?;
+    stack.push((tree.root().link, 0)).ok()?;
     while let Some((link, depth)) = stack.pop() {
         // Depth-first order: each node begins where the one before ended.
         if link & ROW_MASK != end {

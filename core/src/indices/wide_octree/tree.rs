@@ -5,28 +5,56 @@ use core::ops::ControlFlow;
 use super::lanes::{LaneRay, Lanes};
 use super::walk::{InLanes, Step, Tree, decide_each};
 use super::{
-    EDGES_ROW, EMPTY, Head, IDS_ROW, LINKS_ROW, Row, leaf_at, leaf_count, node_at, triangle_at,
+    EDGES_ROW, EMPTY, IDS_ROW, LINKS_ROW, Leaf, Row, leaf_at, leaf_count, node_at, triangle_at,
 };
 use crate::Vec3;
 use crate::geometry::Aabb;
 use crate::query::{Query, TriangleId};
 
-/// The rows of an image, and their head.
+/// The rows, and what their head says.
 #[derive(Clone, Copy)]
-pub(super) struct Rows<'a> {
+pub(in crate::indices) struct WideTree<'a> {
     pub rows: &'a [Row],
-    pub head: Head,
+    root: Step,
+    largest: f32,
 }
 
-impl Tree for Rows<'_> {
+impl<'a> WideTree<'a> {
+    /// The rows of some words; none where they are not whole, and nothing is to be hit.
+    #[inline]
+    pub fn of(words: &'a [u32]) -> Self {
+        let rows: &[Row] = bytemuck::try_cast_slice(words).unwrap_or(&[]);
+        let &[link, edge, largest, ..] = rows.first().unwrap_or(&[EMPTY, 0, 0, 0, 0, 0, 0, 0]);
+        let root = Step { link, edge: f32::from_bits(edge) };
+        Self { rows, root, largest: f32::from_bits(largest) }
+    }
+
+    /// Counts the triangles of a leaf, and decides about those that `candidates` names, one bit each.
+    #[inline(always)]
+    fn decide<Q: Query>(
+        self,
+        link: u32,
+        query: &mut Q,
+        candidates: impl FnOnce(&Leaf) -> u32,
+    ) -> ControlFlow<()> {
+        let Some(leaf) = leaf_at(self.rows, link) else { return ControlFlow::Continue(()) };
+        let count = leaf_count(link);
+        query.count_tests(count);
+        decide_each(candidates(leaf) & ((1 << count) - 1), query, |lane| {
+            (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane))
+        })
+    }
+}
+
+impl Tree for WideTree<'_> {
     #[inline(always)]
     fn root(self) -> Step {
-        Step { link: self.head.root, edge: self.head.edge }
+        self.root
     }
 
     #[inline(always)]
     fn largest(self) -> f32 {
-        self.head.largest
+        self.largest
     }
 
     fn for_each_child(self, link: u32, mut show: impl FnMut(u32, Aabb)) {
@@ -42,16 +70,11 @@ impl Tree for Rows<'_> {
     }
 
     fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
-        let Some(leaf) = leaf_at(self.rows, link) else { return ControlFlow::Continue(()) };
-        let count = leaf_count(link);
-        query.count_tests(count);
-        decide_each((1 << count) - 1, query, |lane| {
-            (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane))
-        })
+        self.decide(link, query, |_| u32::MAX)
     }
 }
 
-impl<L: Lanes> InLanes<L> for Rows<'_> {
+impl<L: Lanes> InLanes<L> for WideTree<'_> {
     #[inline(always)]
     fn meet_node(self, link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys> {
         Some(L::meet_boxes(node_at(self.rows, link)?, ray, last))
@@ -71,13 +94,7 @@ impl<L: Lanes> InLanes<L> for Rows<'_> {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
-        let count = leaf_count(step.link);
-        query.count_tests(count);
-        let candidates = L::meet_triangles(leaf, ray, step.edge, last) & ((1 << count) - 1);
-        decide_each(candidates, query, |lane| {
-            (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane))
-        })
+        self.decide(step.link, query, |leaf| L::meet_triangles(leaf, ray, step.edge, last))
     }
 
     #[inline(always)]
