@@ -27,6 +27,7 @@
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx2;
 mod build;
+mod divide;
 pub(super) mod lanes;
 pub(super) mod tree;
 pub(super) mod walk;
