@@ -1,7 +1,7 @@
 //! Values without policy: rays, boxes, triangles, and the exact test between a ray and a triangle.
 //!
 //! ```text
-//! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Expansion
+//! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Exact (Expansion)
 //!                      +-- RaySpan (clip, plane) --- conservative slabs for the indices
 //! ```
 //!
@@ -9,6 +9,7 @@
 //! they make every index equal to the linear scan, bit for bit.
 
 mod aabb;
+mod exact;
 mod expansion;
 pub mod kernel;
 mod overlap;

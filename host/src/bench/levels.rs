@@ -6,7 +6,7 @@
 //! Every level and density is built and probed; the automatic choice is compared with the one whose rays cost
 //! least by counters, and with the fastest of the few cheapest.
 
-use arboleda::{IndexKind, Level, RayIndex, Scene};
+use arboleda::{IndexKind, Level, Scene};
 use rayon::prelude::*;
 
 use super::plan::{Case, Effort, PROBE_PHOTONS};
@@ -158,13 +158,13 @@ fn sweep_all(
 
 fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Choice>> {
     // 1. Build and probe, until it gets hopeless or nothing changes any more.
-    let mut probed: Vec<(f64, Case, OwnedIndex)> = Vec::new();
+    let mut probed: Vec<(f64, Case, OwnedIndex, blake3::Hash)> = Vec::new();
     for cases in cases(kind, model)? {
         let mut least = f64::INFINITY;
         let mut last = None;
         for case in cases {
             let built = build(model, &case)?;
-            let digest = blake3::hash(built.index().as_bytes());
+            let digest = blake3::hash(built.as_bytes());
             if last.replace(digest) == Some(digest) {
                 // Where one more level changes nothing, no deeper one does; another density may.
                 if case.options.level == Level::Automatic {
@@ -180,7 +180,7 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
                 break;
             }
             least = least.min(cost);
-            probed.push((cost, case, built));
+            probed.push((cost, case, built, digest));
         }
     }
     if probed.is_empty() {
@@ -191,16 +191,15 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
     let least = probed.iter().map(|(cost, ..)| *cost).fold(f64::INFINITY, f64::min);
     let automatic = Case { setting: "automatic".to_owned(), ..Case::usual(kind) };
     let chosen = build(model, &automatic)?;
-    let digest = blake3::hash(chosen.index().as_bytes());
+    let digest = blake3::hash(chosen.as_bytes());
     let counted = |case: &Case, built: OwnedIndex, repeats: bool| {
         let measured = count(model, case, &built, rays, rays.photon_count())?;
         anyhow::Ok(Choice { built, measured, repeats })
     };
     let mut choices = vec![counted(&automatic, chosen, false)?];
-    for (cost, case, built) in probed {
+    for (cost, case, built, probed) in probed {
         if cost <= least * HOPELESS {
-            let repeats = blake3::hash(built.index().as_bytes()) == digest;
-            choices.push(counted(&case, built, repeats)?);
+            choices.push(counted(&case, built, probed == digest)?);
         }
     }
     choices[1..].sort_by(|a, b| a.measured.cost_per_ray().total_cmp(&b.measured.cost_per_ray()));
@@ -224,7 +223,7 @@ fn differ(model: &Model, a: &Case, b: &Case) -> anyhow::Result<bool> {
     let part = &model.triangles[..model.triangles.len().min(2_000)];
     let digest = |case: &Case| -> anyhow::Result<blake3::Hash> {
         let owned = OwnedIndex::build(case.kind, &Scene::new(part), &case.options)?;
-        Ok(blake3::hash(owned.index().as_bytes()))
+        Ok(blake3::hash(owned.as_bytes()))
     };
     Ok(digest(a)? != digest(b)?)
 }

@@ -25,70 +25,49 @@ use self::library::{Config, Quality, Robustness, Scene};
 use super::PeerError;
 use super::contender::{Batch, Built, Contender, Peer, Setting};
 
+/// One quality on AVX2 and on the best there is.
+macro_rules! both_isas {
+    ($quality:ident) => {
+        &[
+            Setting {
+                name: "isa=avx2",
+                build: |t| build(t, AVX2, Quality::$quality, Robustness::Fast),
+            },
+            Setting {
+                name: "isa=best",
+                build: |t| build(t, BEST, Quality::$quality, Robustness::Fast),
+            },
+        ]
+    };
+}
+
+/// Each quality on each of them.
+macro_rules! both_qualities {
+    ($robustness:ident) => {{
+        use Quality::{High, Medium};
+        use Robustness::$robustness;
+        &[
+            Setting { name: "medium, isa=avx2", build: |t| build(t, AVX2, Medium, $robustness) },
+            Setting { name: "medium, isa=best", build: |t| build(t, BEST, Medium, $robustness) },
+            Setting { name: "high, isa=avx2", build: |t| build(t, AVX2, High, $robustness) },
+            Setting { name: "high, isa=best", build: |t| build(t, BEST, High, $robustness) },
+        ]
+    }};
+}
+
 /// Binned surface area; the usual triangle test.
-pub const MEDIUM: Peer = Peer {
-    name: "embree4-medium",
-    settings: &[
-        Setting { name: "isa=avx2", build: |t| build(t, AVX2, Quality::Medium, Robustness::Fast) },
-        Setting { name: "isa=best", build: |t| build(t, BEST, Quality::Medium, Robustness::Fast) },
-    ],
-};
+pub const MEDIUM: Peer = Peer { name: "embree4-medium", settings: both_isas!(Medium) };
 
 /// Spatial splits; the usual triangle test.
-pub const HIGH: Peer = Peer {
-    name: "embree4-high",
-    settings: &[
-        Setting { name: "isa=avx2", build: |t| build(t, AVX2, Quality::High, Robustness::Fast) },
-        Setting { name: "isa=best", build: |t| build(t, BEST, Quality::High, Robustness::Fast) },
-    ],
-};
+pub const HIGH: Peer = Peer { name: "embree4-high", settings: both_isas!(High) };
 
 /// The scene flag "robust": boxes with a margin and Plücker coordinates for the triangles.
-pub const ROBUST: Peer = Peer {
-    name: "embree4-robust",
-    settings: &[
-        Setting {
-            name: "medium, isa=avx2",
-            build: |t| build(t, AVX2, Quality::Medium, Robustness::Robust),
-        },
-        Setting {
-            name: "medium, isa=best",
-            build: |t| build(t, BEST, Quality::Medium, Robustness::Robust),
-        },
-        Setting {
-            name: "high, isa=avx2",
-            build: |t| build(t, AVX2, Quality::High, Robustness::Robust),
-        },
-        Setting {
-            name: "high, isa=best",
-            build: |t| build(t, BEST, Quality::High, Robustness::Robust),
-        },
-    ],
-};
+pub const ROBUST: Peer = Peer { name: "embree4-robust", settings: both_qualities!(Robust) };
 
 /// The scene flags "robust" and "compact": quantised boxes, and triangles that look their corners up in the
 /// mesh, which is counted too.
-pub const COMPACT: Peer = Peer {
-    name: "embree4-compact",
-    settings: &[
-        Setting {
-            name: "medium, isa=avx2",
-            build: |t| build(t, AVX2, Quality::Medium, Robustness::RobustCompact),
-        },
-        Setting {
-            name: "medium, isa=best",
-            build: |t| build(t, BEST, Quality::Medium, Robustness::RobustCompact),
-        },
-        Setting {
-            name: "high, isa=avx2",
-            build: |t| build(t, AVX2, Quality::High, Robustness::RobustCompact),
-        },
-        Setting {
-            name: "high, isa=best",
-            build: |t| build(t, BEST, Quality::High, Robustness::RobustCompact),
-        },
-    ],
-};
+pub const COMPACT: Peer =
+    Peer { name: "embree4-compact", settings: both_qualities!(RobustCompact) };
 
 /// AVX-512, which "best" takes where there is any, was often the slower.
 const AVX2: Config = Config(c"threads=1,isa=avx2");
