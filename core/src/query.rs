@@ -8,7 +8,7 @@ use core::ops::ControlFlow;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::geometry::kernel::{self, Meeting};
+use crate::geometry::kernel::{self, Intersection, Verdict, meet};
 use crate::geometry::{Ray, Triangle, last_parameter};
 
 /// The place of a triangle in the scene it was built from.
@@ -109,9 +109,15 @@ pub trait Query {
     }
     /// Says that so many triangles are tested.
     fn count_tests(&mut self, count: u32);
-    /// Decides exactly whether a triangle is hit; `Break` once the answer is known. Asking about one
-    /// twice does no harm.
-    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()>;
+    /// Decides exactly whether a triangle is hit, where that is still in doubt; `Break` once the answer is
+    /// known. Asking about one twice does no harm.
+    fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()>;
+
+    /// As [`Query::judge`], where nobody knows anything yet.
+    #[inline]
+    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
+        self.judge(id, triangle, Verdict::InDoubt)
+    }
 
     /// Counts a test, and decides it where the filter does not.
     #[inline]
@@ -128,23 +134,18 @@ pub trait Query {
 pub(crate) struct Closest<'r, C> {
     ray: &'r Ray,
     count: C,
-    id: TriangleId,
-    t: f32,
-    meeting: Option<Meeting<'r>>,
+    hit: Hit,
 }
 
 impl<'r, C: Count> Closest<'r, C> {
     #[inline]
     pub fn new(ray: &'r Ray, count: C) -> Self {
-        let t = ray.t_max();
-        let id = Hit::NONE.triangle;
-        Self { ray, count, id, t, meeting: None }
+        Self { ray, count, hit: Hit { t: ray.t_max(), ..Hit::NONE } }
     }
 
     #[inline]
     pub fn finish(&self) -> Option<Hit> {
-        let (u, v) = self.meeting.as_ref()?.weights();
-        Some(Hit { triangle: self.id, t: self.t, u, v })
+        (!self.hit.is_none()).then_some(self.hit)
     }
 }
 
@@ -161,7 +162,7 @@ impl<C: Count> Query for Closest<'_, C> {
 
     #[inline]
     fn last_t(&self) -> f32 {
-        self.t
+        self.hit.t
     }
 
     #[inline]
@@ -170,14 +171,18 @@ impl<C: Count> Query for Closest<'_, C> {
     }
 
     #[inline]
-    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
-        if let Some(meeting) = kernel::meet(self.ray, triangle, self.ray.t_min(), self.t)
-            && (meeting.t() < self.t || id < self.id)
-        {
-            self.t = meeting.t();
-            self.id = id;
-            self.meeting = Some(meeting);
-        }
+    fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()> {
+        let Hit { triangle: best, t: last, .. } = self.hit;
+        let closer = |t: f32| t < last || id < best;
+        let Intersection { t, u, v } = match verdict {
+            Verdict::Hit(found) if closer(found.t) => found,
+            Verdict::InDoubt => match meet(self.ray, triangle, self.ray.t_min(), last) {
+                Some(meeting) if closer(meeting.t()) => meeting.intersection(),
+                _ => return ControlFlow::Continue(()),
+            },
+            _ => return ControlFlow::Continue(()),
+        };
+        self.hit = Hit { triangle: id, t, u, v };
         ControlFlow::Continue(())
     }
 }
@@ -218,13 +223,14 @@ impl<C: Count> Query for Occluded<'_, C> {
     }
 
     #[inline]
-    fn decide(&mut self, _: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
+    fn judge(&mut self, _: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()> {
         let ray = self.ray;
-        if kernel::meet(ray, triangle, ray.t_min(), ray.t_max()).is_some() {
-            self.found = true;
-            return ControlFlow::Break(());
-        }
-        ControlFlow::Continue(())
+        self.found = match verdict {
+            Verdict::Missed => false,
+            Verdict::Hit(_) => true,
+            Verdict::InDoubt => meet(ray, triangle, ray.t_min(), ray.t_max()).is_some(),
+        };
+        if self.found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
@@ -292,10 +298,15 @@ impl<C: Count> Query for All<'_, '_, C> {
     }
 
     #[inline]
-    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
-        if let Some(meeting) = kernel::meet(self.ray, triangle, self.ray.t_min(), self.t_max) {
-            let (u, v) = meeting.weights();
-            self.insert(Hit { triangle: id, t: meeting.t(), u, v });
+    fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()> {
+        let found = match verdict {
+            Verdict::Missed => None,
+            Verdict::Hit(found) => Some(found),
+            Verdict::InDoubt => meet(self.ray, triangle, self.ray.t_min(), self.t_max)
+                .map(|meeting| meeting.intersection()),
+        };
+        if let Some(Intersection { t, u, v }) = found {
+            self.insert(Hit { triangle: id, t, u, v });
         }
         if self.truncated && self.buffer.is_empty() {
             return ControlFlow::Break(());

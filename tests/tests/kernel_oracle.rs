@@ -4,7 +4,9 @@
 //! must yield hits and misses enough, so that neither answer can be right by default.
 
 use arboleda::geometry::kernel::Intersection;
-use arboleda::{Ray, Triangle, Vec3, intersect};
+use arboleda::{
+    Block, Index, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors, WideOctree, intersect,
+};
 use arboleda_tests::pairs::Family;
 use arboleda_tests::random::Random;
 use arboleda_tests::{oracle, parallel};
@@ -19,6 +21,33 @@ fn bits(hit: Option<Intersection>) -> Option<[u32; 3]> {
     hit.map(|hit| [hit.t, hit.u, hit.v].map(f32::to_bits))
 }
 
+/// The wide octree has filters of its own in front of the kernel.
+struct Lanes {
+    arena: Vec<Block>,
+    scratch: Vec<Block>,
+}
+
+impl Lanes {
+    fn new() -> Self {
+        let scratch = Index::<WideOctree>::scratch_capacity(1, &Options::default());
+        let scratch = vec![Block::ZERO; Block::count(scratch)];
+        Self { arena: vec![Block::ZERO; 32], scratch }
+    }
+
+    /// With all vectors that the processor has, and with none.
+    fn intersect(&mut self, ray: &Ray, triangle: Triangle) -> [Option<Intersection>; 2] {
+        let triangles = [triangle];
+        let (arena, scratch) = (Block::bytes(&mut self.arena), Block::bytes(&mut self.scratch));
+        let scene = Scene::new(&triangles);
+        let index = Index::<WideOctree>::build(&scene, &Options::default(), arena, scratch);
+        let index = index.expect("room for one triangle");
+        [index, index.with_vectors(Vectors::COMPILED)].map(|index| {
+            let hit = index.closest_hit(ray)?;
+            Some(Intersection { t: hit.t, u: hit.u, v: hit.v })
+        })
+    }
+}
+
 struct Outcome {
     family: Family,
     hits: usize,
@@ -28,16 +57,19 @@ struct Outcome {
 fn run(job: usize) -> Outcome {
     let family = Family::ALL[job % Family::ALL.len()];
     let mut random = Random::new(job as u64);
+    let mut lanes = Lanes::new();
     let mut outcome = Outcome { family, hits: 0, wrong: Vec::new() };
     for _ in 0..CHUNK {
         let (ray, triangle) = family.pair(&mut random);
         let expected = oracle::hit::intersect(&ray, &triangle);
-        let found = intersect(&ray, &triangle);
         outcome.hits += usize::from(expected.is_some());
-        if bits(found) != bits(expected) {
-            outcome.wrong.push(format!(
-                "{family:?}: {ray:?} {triangle:?}\n  exact {expected:?}\n  found {found:?}"
-            ));
+        let found = [intersect(&ray, &triangle)].into_iter().chain(lanes.intersect(&ray, triangle));
+        for (way, found) in found.enumerate() {
+            if bits(found) != bits(expected) {
+                outcome.wrong.push(format!(
+                    "{family:?}: {ray:?} {triangle:?}\n  exact {expected:?}\n  way {way} {found:?}"
+                ));
+            }
         }
     }
     outcome

@@ -13,6 +13,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{CostModel, sample};
 use crate::Vec3;
+use crate::geometry::kernel::Verdict;
 use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
 use crate::query::{Closest, Query, TriangleId};
 
@@ -111,7 +112,7 @@ impl Query for Ended<'_> {
         self.tests += u64::from(count);
     }
 
-    fn decide(&mut self, _: TriangleId, _: &Triangle) -> ControlFlow<()> {
+    fn judge(&mut self, _: TriangleId, _: &Triangle, _: Verdict) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }

@@ -71,15 +71,23 @@ pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
     if surely_missed(ray, triangle) {
         return None;
     }
-    let meeting = meet(ray, triangle, ray.t_min(), ray.t_max())?;
-    let (u, v) = meeting.weights();
-    Some(Intersection { t: meeting.t, u, v })
+    meet(ray, triangle, ray.t_min(), ray.t_max()).map(|meeting| meeting.intersection())
+}
+
+/// What somebody else's filter says of a ray and a triangle.
+#[derive(Clone, Copy)]
+pub enum Verdict {
+    /// There is surely no hit in the interval.
+    Missed,
+    /// There surely is, and this is it.
+    Hit(Intersection),
+    /// Who knows; [`meet`] does.
+    InDoubt,
 }
 
 /// A ray that hits a triangle; where in the triangle is found out when asked.
-#[derive(Clone, Copy)]
-pub struct Meeting<'r> {
-    pair: Pair<'r>,
+pub struct Meeting<'p> {
+    pair: Pair<'p>,
     u: Approximate,
     v: Approximate,
     det: Divisor,
@@ -88,8 +96,13 @@ pub struct Meeting<'r> {
 
 /// The hit with `t_min <= t <= t_max`, if there is one; without the `f32` filter.
 #[inline]
-pub fn meet<'r>(ray: &'r Ray, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<Meeting<'r>> {
-    let pair = Pair { ray, triangle: *triangle };
+pub fn meet<'p>(
+    ray: &'p Ray,
+    triangle: &'p Triangle,
+    t_min: f32,
+    t_max: f32,
+) -> Option<Meeting<'p>> {
+    let pair = Pair { ray, triangle };
     let volumes = Volumes::new(&pair);
     let det = Divisor::new(volumes.det, volumes.hit_sign(&pair)?);
     let t = det.quotient(volumes.t);
@@ -108,18 +121,19 @@ impl Meeting<'_> {
         self.t
     }
 
-    /// See [`Intersection::u`] and [`Intersection::v`].
+    /// All of it.
     #[inline]
-    pub fn weights(&self) -> (f32, f32) {
+    pub fn intersection(&self) -> Intersection {
         let (pair, det) = (&self.pair, &self.det);
         let u = det.quotient(self.u).round(pair, det.sign, Exact::u_minus);
         let v = det.quotient(self.v).round(pair, det.sign, Exact::v_minus);
-        (u, clamped(u, v))
+        Intersection { t: self.t, u, v: clamped(u, v) }
     }
 }
 
 /// The largest `f32` that is at most `v` and at most the exact `1 - u`.
-fn clamped(u: f32, v: f32) -> f32 {
+#[inline]
+pub(crate) fn clamped(u: f32, v: f32) -> f32 {
     // Rounded down where u is too small for the difference to be exact.
     let rounded = 1.0 - f64::from(u);
     let room = if 1.0 - rounded < f64::from(u) { rounded.next_down() } else { rounded };
@@ -193,8 +207,13 @@ struct Approximate {
 }
 
 impl Approximate {
-    /// The sign of the exact value, by `exact` where the error leaves it in doubt.
+    /// Whether the exact value has the same sign, and is not 0.
     #[inline]
+    fn is_certain(self) -> bool {
+        self.value.abs() > self.error
+    }
+
+    /// The sign of the exact value, by `exact` where the error leaves it in doubt.
     fn sign(self, exact: impl FnOnce() -> i32) -> i32 {
         if self.value > self.error {
             1
@@ -208,14 +227,14 @@ impl Approximate {
 
 /// What the exact volumes are made from.
 #[derive(Clone, Copy)]
-struct Pair<'r> {
-    ray: &'r Ray,
-    triangle: Triangle,
+struct Pair<'p> {
+    ray: &'p Ray,
+    triangle: &'p Triangle,
 }
 
 impl Pair<'_> {
     fn exact(&self) -> Exact {
-        Exact::new(self.ray, self.triangle)
+        Exact::new(self.ray, *self.triangle)
     }
 }
 
@@ -266,6 +285,18 @@ impl Volumes {
     /// The sign of `det` if the line meets the closed triangle.
     #[inline]
     fn hit_sign(&self, pair: &Pair<'_>) -> Option<i32> {
+        let Self { u, v, w, .. } = self;
+        if !(u.is_certain() && v.is_certain() && w.is_certain()) {
+            return self.hit_sign_exactly(pair);
+        }
+        let negative = w.value < 0.0;
+        let same = (u.value < 0.0) == negative && (v.value < 0.0) == negative;
+        same.then_some(if negative { -1 } else { 1 })
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn hit_sign_exactly(&self, pair: &Pair<'_>) -> Option<i32> {
         let u = self.u.sign(|| pair.exact().u_minus(0.0).sign());
         let v = self.v.sign(|| pair.exact().v_minus(0.0).sign());
         if u * v < 0 {

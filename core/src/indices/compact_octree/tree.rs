@@ -4,10 +4,12 @@ use core::ops::ControlFlow;
 
 use super::lanes::Unpack;
 use super::{
-    EDGE, EMPTY, LEAF, MORE_BLOCKS, block_at, block_length, id_at, node_at, triangle_at,
+    Block, EDGE, EMPTY, LEAF, MORE_BLOCKS, block_at, block_length, id_at, node_at, triangle_at,
     triangle_count,
 };
+use crate::Triangle;
 use crate::geometry::Aabb;
+use crate::geometry::kernel::Verdict;
 use crate::indices::wide_octree::LANES;
 use crate::indices::wide_octree::lanes::LaneRay;
 use crate::indices::wide_octree::walk::{InLanes, Step, Tree, decide_each, finite};
@@ -26,7 +28,8 @@ impl Packed<'_> {
         self,
         link: u32,
         query: &mut Q,
-        candidates: impl Fn(&super::Block, &Q) -> u32,
+        candidates: impl Fn(&Block, &Q) -> u32,
+        judge: impl Fn(&Triangle, f32) -> Verdict,
     ) -> ControlFlow<()> {
         let mut place = (link & !LEAF) as usize;
         // An unused lane has a link past the end.
@@ -34,9 +37,8 @@ impl Packed<'_> {
             let count = triangle_count(block);
             query.count_tests(count as u32);
             let candidates = candidates(block, query) & ((1 << count) - 1);
-            decide_each(candidates, query, |lane| {
-                (TriangleId(id_at(block, lane)), triangle_at(block, lane))
-            })?;
+            let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
+            decide_each(candidates, query, triangle, &judge)?;
             if block[0] & MORE_BLOCKS == 0 {
                 break;
             }
@@ -67,7 +69,7 @@ impl Tree for Packed<'_> {
     }
 
     fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
-        self.for_each_block(link, query, |_, _| u32::MAX)
+        self.for_each_block(link, query, |_, _| u32::MAX, |_, _| Verdict::InDoubt)
     }
 }
 
@@ -90,9 +92,11 @@ impl<L: Unpack> InLanes<L> for Packed<'_> {
         _: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        self.for_each_block(step.link, query, |block, query| {
+        let candidates = |block: &Block, query: &Q| {
             let edge = f32::from_bits(block[0] & EDGE);
             L::meet_triangles(&L::unpack(block), ray, edge, finite(query.last_t()))
-        })
+        };
+        let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
+        self.for_each_block(step.link, query, candidates, judge)
     }
 }

@@ -1,23 +1,30 @@
 //! The lanes in AVX2: eight in one register.
 //!
-//! The same operations in the same order as `lanes`, which the compiler turns into much longer code.
+//! The same operations in the same order as `lanes`, which the compiler turns into much longer code; and a
+//! filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the kernel's own.
 //! The only `unsafe` of this crate is here and in the compact octree's `avx2`: calling functions compiled for
 //! instructions that the processor may not have. [`Vectors`](crate::Vectors) can say that it has them only
 //! after asking it. Worth about a third of the time of a query.
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
-    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_cvtsi128_si32,
-    _mm_minpos_epu16, _mm_or_si128, _mm_packus_epi32, _mm_prefetch, _mm256_add_ps, _mm256_and_ps,
-    _mm256_andnot_ps, _mm256_castps_si256, _mm256_castsi256_si128, _mm256_cmp_ps,
-    _mm256_extracti128_si256, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
-    _mm256_or_ps, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_ps, _mm256_xor_ps,
+    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps, _mm_cmpeq_ps,
+    _mm_cvtsi128_si32, _mm_minpos_epu16, _mm_movemask_ps, _mm_or_si128, _mm_packus_epi32,
+    _mm_prefetch, _mm_set_ps, _mm_set1_ps, _mm_test_all_ones, _mm256_add_pd, _mm256_add_ps,
+    _mm256_and_ps, _mm256_andnot_pd, _mm256_andnot_ps, _mm256_blend_pd, _mm256_castps_si256,
+    _mm256_castsi256_si128, _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cvtpd_ps, _mm256_cvtps_pd,
+    _mm256_extracti128_si256, _mm256_hadd_pd, _mm256_max_pd, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps,
+    _mm256_permute_pd, _mm256_permute2f128_pd, _mm256_permute4x64_pd, _mm256_set_pd,
+    _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
 };
 
-use super::lanes::{DISTANCE, EARLIER, FAR, LATER, LaneRay, Lanes, SUM, UNDERFLOW};
+use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW};
 use super::walk::{InLanes, walk_each_in_lanes, walk_in_lanes};
 use super::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
+use crate::geometry::kernel::{Intersection, Verdict, clamped};
 use crate::query::Query;
+use crate::{Triangle, Vec3};
 
 pub(in crate::indices) enum Avx2 {}
 
@@ -72,10 +79,11 @@ impl Lanes for Avx2 {
     // Without it, a batch over more triangles than the cache holds waits for them.
     #[inline(always)]
     fn prefetch(rows: &[Row], link: u32) {
-        let row = (link & ROW_MASK) as usize;
-        for line in rows.get(row..row + NODE_ROWS as usize).unwrap_or(&[]).chunks_exact(2) {
-            // SAFETY: a prefetch does not access memory, and every processor with AVX2 has it.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) };
+        let node = rows.as_ptr().wrapping_add((link & ROW_MASK) as usize);
+        for line in 0..NODE_ROWS as usize / 2 {
+            // SAFETY: a prefetch does not access memory, wherever it points, and every processor with AVX2
+            // has it.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(node.wrapping_add(2 * line).cast()) };
         }
     }
 
@@ -84,6 +92,12 @@ impl Lanes for Avx2 {
         // SAFETY: see `meet_boxes`.
         let nearest = unsafe { nearest(keys) };
         (nearest as u16, (nearest >> 16 & 7) as usize)
+    }
+
+    #[inline(always)]
+    fn any(keys: __m128i) -> bool {
+        // SAFETY: see `meet_boxes`.
+        unsafe { any(keys) }
     }
 
     #[inline(always)]
@@ -96,6 +110,12 @@ impl Lanes for Avx2 {
     fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
         // SAFETY: see `meet_boxes`.
         unsafe { meet_triangles(leaf, ray, edge, last) }
+    }
+
+    #[inline(always)]
+    fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
+        // SAFETY: see `meet_boxes`.
+        unsafe { judge(triangle, ray, last) }
     }
 }
 
@@ -119,25 +139,20 @@ pub(in crate::indices) fn meet_planes(
     last: f32,
     plane: impl Fn(usize, usize) -> __m256,
 ) -> __m128i {
-    let mut entry = _mm256_set1_ps(0.0);
-    let mut exit = _mm256_set1_ps(f32::INFINITY);
+    let mut entry = _mm256_set1_ps(ray.t_min);
+    let mut exit = _mm256_set1_ps(last);
     for axis in 0..3 {
-        let sign = ray.signs[axis] as usize & 1;
-        let near = plane(axis, sign);
-        let far = plane(axis, 1 - sign);
+        let side = ray.near_side(axis);
         let origin = _mm256_set1_ps(ray.origin[axis]);
-        let inverse = _mm256_set1_ps(ray.inverse[axis]);
+        let (enter, leave) = (_mm256_set1_ps(ray.enter[axis]), _mm256_set1_ps(ray.leave[axis]));
+        let (near, far) = (plane(axis, side), plane(axis, 1 - side));
         // Of a NaN and a number, these return the second operand.
-        entry = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(near, origin), inverse), entry);
-        exit = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(far, origin), inverse), exit);
+        entry = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(origin, near), enter), entry);
+        exit = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(origin, far), leave), exit);
     }
-    let entry = _mm256_mul_ps(entry, _mm256_set1_ps(EARLIER));
-    let entry = _mm256_max_ps(entry, _mm256_set1_ps(ray.t_min));
-    let exit = _mm256_mul_ps(exit, _mm256_set1_ps(LATER));
-    let exit = _mm256_min_ps(exit, _mm256_set1_ps(last));
     let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
-    // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
     let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);
+    // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
     let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
     let keys: __m256i = _mm256_srli_epi32::<16>(keys);
     _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
@@ -148,6 +163,13 @@ pub(in crate::indices) fn meet_planes(
 #[target_feature(enable = "avx2")]
 fn nearest(keys: __m128i) -> u32 {
     _mm_cvtsi128_si32(_mm_minpos_epu16(keys)) as u32
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn any(keys: __m128i) -> bool {
+    const { assert!(FAR == u16::MAX) };
+    _mm_test_all_ones(keys) == 0
 }
 
 #[inline]
@@ -191,11 +213,11 @@ fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
     let sum = SUM * ray.reach * edge;
     let doubt = DISTANCE * edge * edge;
     let wider = doubt * ray.reach;
-    let underflow = 4.0 * ray.underflow;
+    let underflow = ray.underflow();
 
     let p = corner(0);
-    let d = ray.direction.map(all);
-    let a = minus(p, ray.origin.map(all));
+    let d = [0, 1, 2].map(|axis| all(ray.direction[axis]));
+    let a = minus(p, [0, 1, 2].map(|axis| all(ray.origin[axis])));
     let e1 = minus(corner(3), p);
     let e2 = minus(corner(6), p);
     let n = cross(e1, e2);
@@ -220,4 +242,91 @@ fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
     let certain = above(size, all(wider + underflow));
     let missed = _mm256_or_ps(mixed, _mm256_and_ps(certain, _mm256_or_ps(late, early)));
     !(_mm256_movemask_ps(missed) as u32) & 0xff
+}
+
+/// The kernel's filter in four lanes of `f64`: `det` times 1, `t`, `u` and `v`, with the kernel's bounds. What
+/// it leaves in doubt, the kernel decides; so nothing depends on where doubt begins.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
+    const R: f64 = f64::EPSILON / 2.0;
+    const DET_U_V: i32 = 0b1101;
+    let wide = |four: [f32; 4]| _mm256_cvtps_pd(bytemuck::must_cast(four));
+    let corner = |corner: Vec3| _mm256_cvtps_pd(_mm_set_ps(0.0, corner.z, corner.y, corner.x));
+    let all = |x: f64| _mm256_set1_pd(x);
+    let plus = |x, y| _mm256_add_pd(x, y);
+    let less = |x, y| _mm256_sub_pd(x, y);
+    let times = |x, y| _mm256_mul_pd(x, y);
+    let abs = |x| _mm256_andnot_pd(all(-0.0), x);
+    // y, z, x
+    let turned = |x| _mm256_permute4x64_pd::<0b11_00_10_01>(x);
+    let cross = |p, q| turned(less(times(p, turned(q)), times(turned(p), q)));
+
+    let p = corner(triangle.a);
+    let d = wide(ray.direction);
+    let a = less(p, wide(ray.origin));
+    let e1 = less(corner(triangle.b), p);
+    let e2 = less(corner(triangle.c), p);
+    let n = cross(e1, e2);
+    let q = cross(a, d);
+    // As q is turned about, u = e2 . q and v = -e1 . q.
+    let det_t = _mm256_hadd_pd(times(d, n), times(a, n));
+    let u_v = _mm256_hadd_pd(times(e2, q), times(less(all(0.0), e1), q));
+    let values = plus(
+        _mm256_permute2f128_pd::<0x20>(det_t, u_v),
+        _mm256_permute2f128_pd::<0x31>(det_t, u_v),
+    );
+
+    // The largest components of a, twice, and of the edges, twice.
+    let (size, edge) = (abs(a), _mm256_max_pd(abs(e1), abs(e2)));
+    let largest = _mm256_max_pd(
+        _mm256_permute2f128_pd::<0x20>(size, edge),
+        _mm256_permute2f128_pd::<0x31>(size, edge),
+    );
+    let largest = _mm256_max_pd(largest, _mm256_permute_pd::<0b0101>(largest));
+    let size = _mm256_permute4x64_pd::<0b00_00_00_00>(largest);
+    let edge = _mm256_permute4x64_pd::<0b10_10_10_10>(largest);
+    let reach = all(f64::from(ray.reach));
+    // 48 R D E E, 56 R S E E, 48 R D E S, 48 R D E S
+    let errors = times(
+        times(_mm256_blend_pd::<0b1110>(edge, size), _mm256_blend_pd::<0b0010>(reach, edge)),
+        times(edge, _mm256_set_pd(48.0 * R, 48.0 * R, 56.0 * R, 48.0 * R)),
+    );
+
+    // The signs of det, u and v, and that of w.
+    let enough = times(errors, _mm256_set_pd(1.0, 1.0, 1.0, 1e4));
+    let certain = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(abs(values), enough));
+    let signs = _mm256_movemask_pd(values) & DET_U_V;
+    let [det, _, u, v]: [f64; 4] = bytemuck::must_cast(values);
+    let [edge, _, size, _]: [f64; 4] = bytemuck::must_cast(_mm256_blend_pd::<0b1100>(edge, size));
+    let w = det - u - v;
+    let w_error = 64.0 * R * f64::from(ray.reach) * edge * (edge + 2.0 * size);
+    if certain & DET_U_V != DET_U_V || w.abs() <= w_error {
+        return Verdict::InDoubt;
+    }
+    if !(signs == 0 && w > 0.0 || signs == DET_U_V && w < 0.0) {
+        return Verdict::Missed;
+    }
+
+    // The quotients: see the kernel's `Divisor`.
+    let inverse = all(1.0 / det);
+    let quotients = times(values, inverse);
+    let sizes = abs(quotients);
+    let det_error = _mm256_permute4x64_pd::<0>(errors);
+    let error = plus(
+        times(plus(errors, times(sizes, det_error)), times(abs(inverse), all(1.001))),
+        times(sizes, all(4.0 * f64::EPSILON)),
+    );
+    let low = _mm256_cvtpd_ps(less(quotients, error));
+    let high = _mm256_cvtpd_ps(plus(quotients, error));
+    let same = _mm_movemask_ps(_mm_cmpeq_ps(low, high));
+    let [_, t, u, v]: [f32; 4] = bytemuck::must_cast(_mm_add_ps(low, _mm_set1_ps(0.0)));
+    let [_, high, ..]: [f32; 4] = bytemuck::must_cast(high);
+    if high < ray.t_min || t > last {
+        return Verdict::Missed;
+    }
+    if same & 0b1110 != 0b1110 || !t.is_finite() {
+        return Verdict::InDoubt;
+    }
+    Verdict::Hit(Intersection { t, u, v: clamped(u, v) })
 }

@@ -10,10 +10,10 @@
 //! `6 * 2^29 * 2^29 * 2^40 < 2^101`.
 //!
 //! # Boxes
-//! With `u = 2^-24`: `(plane - o) * inverse` has three roundings, counting that of the inverse, and scaling
-//! adds a fourth, so it is off by less than `(1 + u)^4`, and by 2^-149 where it underflows. The latest
-//! entry is scaled by `1 - 2^-21` and the earliest exit by `1 + 2^-21`, so a positive entry is never late
-//! and a positive exit never early; 2^-120 is added to the exit for the underflows and for hits that round
+//! With `u = 2^-24`: `(o - plane) * factor` has four roundings: the difference, the inverse of the direction,
+//! its scaling, the product; so it is off by less than `(1 + u)^4`, and by 2^-149 where it underflows. The
+//! factors of entries are scaled by `1 - 2^-21` and those of exits by `1 + 2^-21`, so a positive entry is never
+//! late and a positive exit never early; 2^-120 is added to the exit for the underflows and for hits that round
 //! up to 0. A negative entry counts as `t_min`, a negative exit means that the box lies behind. A hit that
 //! rounds to `t_min` or to the last `t` lies within half an ulp of it, which the factors cover too. A ray
 //! in a plane gives 0 * inf = NaN, which the comparisons ignore.
@@ -27,23 +27,24 @@
 
 use core::ops::{Add, Mul, Neg, Sub};
 
-use glam::{Vec3A, Vec4};
+use glam::Vec4;
 
 use super::{LANES, Leaf, Node, Row};
-use crate::geometry::Ray;
+use crate::geometry::kernel::Verdict;
+use crate::geometry::{Ray, Triangle};
 
-/// A ray prepared for lanes.
+/// A ray prepared for lanes. Three components and a fourth, which is 0 in the first two, because four are read
+/// and written at once.
 #[derive(Clone, Copy, Default)]
 pub(in crate::indices) struct LaneRay {
-    pub origin: [f32; 3],
-    pub direction: [f32; 3],
-    pub inverse: [f32; 3],
-    /// 1 where the direction is negative: the ray enters a box where it ends.
-    pub signs: [u32; 3],
+    pub origin: [f32; 4],
+    pub direction: [f32; 4],
+    /// The inverse of the direction with the sign changed, and a little less or more: what turns the
+    /// distance from a plane to the origin into where the ray enters and leaves.
+    pub enter: [f32; 4],
+    pub leave: [f32; 4],
     /// The largest component of the direction.
     pub reach: f32,
-    /// The most that underflows can cost a volume.
-    pub underflow: f32,
     pub t_min: f32,
 }
 
@@ -60,39 +61,42 @@ const R: f32 = f32::EPSILON / 2.0;
 pub(in crate::indices) const SUM: f32 = 64.0 * R;
 pub(in crate::indices) const DISTANCE: f32 = 80.0 * R;
 
-/// Of a NaN and a number, the second.
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
 impl LaneRay {
     /// `None` for a ray that has to take the `f64` way, in a scene whose largest coordinate is given.
     #[inline(always)]
     pub fn new(ray: &Ray, largest_coordinate: f32) -> Option<Self> {
-        let (origin, direction) = (Vec3A::from(ray.origin()), Vec3A::from(ray.direction()));
+        let (origin, direction) = (ray.origin().extend(0.0), ray.direction().extend(0.0));
         let sizes = direction.abs();
-        let reach = sizes.max_element();
-        let tame_direction = sizes.cmpge(Vec3A::splat(LEAST_DIRECTION)) | sizes.cmpeq(Vec3A::ZERO);
-        let tame = tame_direction.all()
-            && reach <= MOST_DIRECTION
-            && origin.abs().max_element() <= MOST_COORDINATE
+        let large_enough = sizes.cmpge(Vec4::splat(LEAST_DIRECTION)) | sizes.cmpeq(Vec4::ZERO);
+        let small_enough = sizes.cmple(Vec4::splat(MOST_DIRECTION))
+            & origin.abs().cmple(Vec4::splat(MOST_COORDINATE));
+        let tame = (large_enough & small_enough).all()
             && largest_coordinate <= MOST_COORDINATE
             && ray.t_min() >= 0.0;
         if !tame {
             return None;
         }
-        let inverse = Vec3A::ONE / direction;
-        let negative = direction.cmplt(Vec3A::ZERO).bitmask();
+        let inverse = Vec4::NEG_ONE / direction;
         Some(Self {
             origin: origin.to_array(),
             direction: direction.to_array(),
-            inverse: inverse.to_array(),
-            signs: [negative & 1, negative >> 1 & 1, negative >> 2 & 1],
-            reach,
-            underflow: UNDERFLOW * larger(reach, 1.0),
+            enter: (inverse * EARLIER).to_array(),
+            leave: (inverse * LATER).to_array(),
+            reach: sizes.max_element(),
             t_min: ray.t_min(),
         })
+    }
+
+    /// Which side of a box the ray enters it by: 0 for the lower, 1 for the upper.
+    #[inline(always)]
+    pub fn near_side(&self, axis: usize) -> usize {
+        (self.direction[axis % 4].to_bits() >> 31) as usize
+    }
+
+    /// The most that underflows can cost `det` less the other volumes.
+    #[inline(always)]
+    pub fn underflow(&self) -> f32 {
+        4.0 * UNDERFLOW * (self.reach + 1.0)
     }
 }
 
@@ -112,12 +116,21 @@ pub(in crate::indices) trait Lanes {
     /// The lowest key, and the first lane that has it.
     fn nearest(keys: Self::Keys) -> (u16, usize);
 
+    /// Whether there is a key other than `FAR`.
+    fn any(keys: Self::Keys) -> bool;
+
     /// The keys with `FAR` in one lane.
     fn without(keys: Self::Keys, lane: usize) -> Self::Keys;
 
     /// The triangles that the ray may hit at `t_min..=last`, one bit each; of unused lanes, anything. No
     /// edge of them is longer than `edge` along an axis.
     fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32;
+
+    /// What can be said of one triangle before the kernel is asked.
+    #[inline(always)]
+    fn judge(_: &Triangle, _: &LaneRay, _: f32) -> Verdict {
+        Verdict::InDoubt
+    }
 }
 
 /// The key of a box that is not met, behind all others.
@@ -177,7 +190,7 @@ impl Eight {
         self.each(Vec4::abs)
     }
 
-    /// As [`larger`], for each.
+    /// The larger one; of a NaN and a number, the second.
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
         self.with(other, |a, b| {
@@ -256,17 +269,16 @@ pub(in crate::indices) fn meet_planes(
     last: f32,
     plane: impl Fn(usize, usize) -> Eight,
 ) -> [u16; LANES] {
-    let mut entry = Eight::all(0.0);
-    let mut exit = Eight::all(f32::INFINITY);
+    let mut entry = Eight::all(ray.t_min);
+    let mut exit = Eight::all(last);
     for axis in 0..3 {
-        let sign = ray.signs[axis] as usize & 1;
+        let side = ray.near_side(axis);
         let origin = Eight::all(ray.origin[axis]);
-        let inverse = Eight::all(ray.inverse[axis]);
-        entry = ((plane(axis, sign) - origin) * inverse).larger(entry);
-        exit = ((plane(axis, 1 - sign) - origin) * inverse).smaller(exit);
+        let (near, far) = (plane(axis, side), plane(axis, 1 - side));
+        entry = ((origin - near) * Eight::all(ray.enter[axis])).larger(entry);
+        exit = ((origin - far) * Eight::all(ray.leave[axis])).smaller(exit);
     }
-    let entry = (entry * Eight::all(EARLIER)).larger(Eight::all(ray.t_min));
-    let exit = (exit * Eight::all(LATER)).smaller(Eight::all(last)) + Eight::all(UNDERFLOW);
+    let exit = exit + Eight::all(UNDERFLOW);
     let missed = entry.above(exit);
     let bits: [u32; LANES] = bytemuck::must_cast(entry.0);
     let key = |lane: usize| if missed >> lane & 1 == 0 { (bits[lane] >> 16) as u16 } else { FAR };
@@ -290,6 +302,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn any(keys: Self::Keys) -> bool {
+        keys != [FAR; LANES]
+    }
+
+    #[inline(always)]
     fn without(mut keys: Self::Keys, lane: usize) -> Self::Keys {
         keys[lane % LANES] = FAR;
         keys
@@ -300,14 +317,14 @@ impl Lanes for Portable {
         let sum = SUM * ray.reach * edge;
         let doubt = DISTANCE * edge * edge;
         let wider = doubt * ray.reach;
-        let underflow = 4.0 * ray.underflow;
+        let underflow = ray.underflow();
         let all = Eight::all;
         let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
 
         // n = e1 x e2, q = d x a: det u = d . (e2 x a) = -e2 . q, det v = d . (a x e1) = e1 . q.
         let p = corner(0);
-        let d = ray.direction.map(all);
-        let a = minus(p, ray.origin.map(all));
+        let d = [0, 1, 2].map(|axis| all(ray.direction[axis]));
+        let a = minus(p, [0, 1, 2].map(|axis| all(ray.origin[axis])));
         let e1 = minus(corner(3), p);
         let e2 = minus(corner(6), p);
         let n = cross(e1, e2);

@@ -7,9 +7,10 @@ use super::walk::{InLanes, Step, Tree, decide_each};
 use super::{
     EDGES_ROW, EMPTY, IDS_ROW, LINKS_ROW, Leaf, Row, leaf_at, leaf_count, node_at, triangle_at,
 };
-use crate::Vec3;
 use crate::geometry::Aabb;
+use crate::geometry::kernel::Verdict;
 use crate::query::{Query, TriangleId};
+use crate::{Triangle, Vec3};
 
 /// The rows, and what their head says.
 #[derive(Clone, Copy)]
@@ -36,13 +37,13 @@ impl<'a> WideTree<'a> {
         link: u32,
         query: &mut Q,
         candidates: impl FnOnce(&Leaf) -> u32,
+        judge: impl Fn(&Triangle, f32) -> Verdict,
     ) -> ControlFlow<()> {
         let Some(leaf) = leaf_at(self.rows, link) else { return ControlFlow::Continue(()) };
         let count = leaf_count(link);
         query.count_tests(count);
-        decide_each(candidates(leaf) & ((1 << count) - 1), query, |lane| {
-            (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane))
-        })
+        let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
+        decide_each(candidates(leaf) & ((1 << count) - 1), query, triangle, judge)
     }
 }
 
@@ -70,7 +71,7 @@ impl Tree for WideTree<'_> {
     }
 
     fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
-        self.decide(link, query, |_| u32::MAX)
+        self.decide(link, query, |_| u32::MAX, |_, _| Verdict::InDoubt)
     }
 }
 
@@ -94,7 +95,8 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        self.decide(step.link, query, |leaf| L::meet_triangles(leaf, ray, step.edge, last))
+        let candidates = |leaf: &Leaf| L::meet_triangles(leaf, ray, step.edge, last);
+        self.decide(step.link, query, candidates, |triangle, last| L::judge(triangle, ray, last))
     }
 
     #[inline(always)]

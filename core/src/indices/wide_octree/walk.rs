@@ -1,10 +1,12 @@
 //! The walk of one ray, and of several in turn, through any tree of eight boxes a node.
 
+use core::cell::Cell;
 use core::ops::ControlFlow;
 
 use super::lanes::{LaneRay, Lanes, Portable, key};
 use super::{EMPTY, LANES, LEAF, STACK};
 use crate::Vectors;
+use crate::geometry::kernel::Verdict;
 use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::query::{Query, TriangleId};
 
@@ -121,12 +123,13 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
     mut finish: impl FnMut(usize, &Q),
 ) {
     let mut places = 0..count;
+    let walking = Cell::new(IN_TURN);
     // Takes the next ray that lanes can take; the others are answered at once.
     let mut next = |turn: &mut Turn<L, Q>, finish: &mut dyn FnMut(usize, &Q)| {
         for place in places.by_ref() {
             turn.place = place;
             turn.query = start(place);
-            let Some(query) = &mut turn.query else { return };
+            let Some(query) = &mut turn.query else { break };
             if let Some(ray) = LaneRay::new(query.ray(), tree.largest()) {
                 turn.walk.begin(ray, tree.root(), query);
                 return;
@@ -135,26 +138,22 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
             finish(place, query);
         }
         turn.query = None;
+        walking.set(walking.get() - 1);
     };
     let mut turns: [Turn<L, Q>; IN_TURN] =
         core::array::from_fn(|_| Turn { walk: Walk::idle(), query: None, place: 0 });
     for turn in &mut turns {
         next(turn, &mut finish);
     }
-    loop {
-        let mut any = false;
+    while walking.get() > 0 {
         for turn in &mut turns {
             let Some(query) = &mut turn.query else { continue };
-            any = true;
-            if turn.walk.step(tree, query).is_break() {
+            if turn.walk.step(tree, query).is_continue() {
+                tree.prefetch(turn.walk.next.link);
+            } else {
                 finish(turn.place, query);
                 next(turn, &mut finish);
-            } else {
-                tree.prefetch(turn.walk.next.link);
             }
-        }
-        if !any {
-            return;
         }
     }
 }
@@ -223,8 +222,12 @@ impl<L: Lanes> Walk<L> {
         };
         let Some(child) = tree.child(above, lane) else { return DONE };
         self.next = child;
-        let pushed = self.stack.push((L::without(keys, lane), above)).is_ok();
+        let rest = L::without(keys, lane);
+        // Without a branch, which would often be mispredicted: pushed always, kept if there is a child left.
+        let height = self.stack.len() + usize::from(L::any(rest));
+        let pushed = self.stack.push((rest, above)).is_ok();
         debug_assert!(pushed, "validation bounds the depth");
+        self.stack.truncate(height);
         ControlFlow::Continue(())
     }
 }
@@ -235,18 +238,19 @@ pub(in crate::indices) fn finite(t: f32) -> f32 {
     if t < f32::MAX { t } else { f32::MAX }
 }
 
-/// Decides about the triangles of which a bit is set.
+/// Decides about the triangles of which a bit is set; `judge` is asked first.
 #[inline(always)]
 pub(in crate::indices) fn decide_each<Q: Query>(
     mut candidates: u32,
     query: &mut Q,
     triangle: impl Fn(usize) -> (TriangleId, Triangle),
+    judge: impl Fn(&Triangle, f32) -> Verdict,
 ) -> ControlFlow<()> {
     while candidates != 0 {
         let lane = candidates.trailing_zeros() as usize % LANES;
         candidates &= candidates - 1;
         let (id, triangle) = triangle(lane);
-        query.decide(id, &triangle)?;
+        query.judge(id, &triangle, judge(&triangle, query.last_t()))?;
     }
     ControlFlow::Continue(())
 }
