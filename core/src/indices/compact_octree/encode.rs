@@ -1,63 +1,33 @@
-//! From the wide octree, built in the scratch, to the compact one.
+//! From the sorted triangles of the wide octree's first pass to nodes and blocks.
 
 use super::{
     BLOCK_HEAD, BLOCK_WORDS, EDGE, HEAD_WORDS, LEAF, MORE_BLOCKS, MOST_VERTICES, MOST_WORDS,
     NODE_WORDS, Node,
 };
 use crate::geometry::Aabb;
-use crate::indices::wide_octree::tree::WideTree;
-use crate::indices::wide_octree::walk::Tree;
-use crate::indices::wide_octree::{
-    self, HEAD_ROWS, IDS_ROW, LANES, LEAF_ROWS, NODE_ROWS, WideOctree,
-};
-use crate::indices::{Division, Structure};
-use crate::memory::{Arena, Words, size_of_slice};
-use crate::{BuildError, Executor, Options, Triangle};
-
-/// The most words of a wide octree over so many triangles: each a leaf of its own, at worst. Nodes of eight
-/// children are then a seventh as many at most. The others have more than eight triangles, all of them in leaves
-/// right below, so they are at most a ninth as many as there are triangles.
-fn wide_words(triangle_count: usize) -> usize {
-    let nodes = triangle_count / 7 + triangle_count / 9 + 1;
-    let rows = triangle_count
-        .saturating_mul(LEAF_ROWS as usize)
-        .saturating_add(nodes.saturating_mul(NODE_ROWS as usize))
-        .saturating_add(HEAD_ROWS as usize);
-    rows.saturating_mul(LANES)
-}
-
-/// Beside the scratch of the wide octree.
-pub(super) fn scratch_bytes(triangle_count: usize) -> usize {
-    size_of_slice::<u32>(wide_words(triangle_count))
-}
+use crate::indices::Division;
+use crate::indices::wide_octree::LANES;
+use crate::indices::wide_octree::build::{Subtree, sort};
+use crate::indices::wide_octree::divide::{Box4, Item};
+use crate::memory::Words;
+use crate::{BuildError, Executor, Triangle};
 
 pub(super) fn build(
     mut division: Division<'_>,
-    options: &Options,
     words: &mut Words<'_>,
     scratch: &mut [u8],
     executor: &impl Executor,
 ) -> Result<(), BuildError> {
     let triangles = division.triangles;
-    let count = triangles.len();
-    if count == 0 {
+    if triangles.is_empty() {
         return Ok(());
     }
-    let needed = WideOctree::scratch_bytes(count, options).saturating_add(scratch_bytes(count));
-    let full = BuildError::ScratchFull { needed, given: scratch.len() };
-    let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
-    let slots = arena.take::<u32>(wide_words(count)).ok_or(full)?;
-    let mut written = Words::new(&mut *slots);
-    let again = Division { nodes: &mut *division.nodes, ..division };
-    WideOctree::build(again, options, &mut written, arena.into_rest(), executor)?;
-    debug_assert!(written.len() <= wide_words(count), "a proven bound");
-    let wide = WideTree::of(slots);
-
+    let sorted = sort(&division, scratch, executor)?;
     let head = words.len();
     words.extend(&[0; HEAD_WORDS]);
-    let link = Encoder { triangles, wide, words: &mut *words }.subtree(wide.root().link);
+    let (link, _) = Encoder { triangles, words: &mut *words }.subtree(sorted.root);
     words.set(head, link);
-    words.set(head + 1, wide.largest().to_bits());
+    words.set(head + 1, sorted.largest.to_bits());
     words.extend(&[0; BLOCK_WORDS]);
     if words.len() > MOST_WORDS {
         return Err(BuildError::TooLarge);
@@ -68,39 +38,41 @@ pub(super) fn build(
 
 struct Encoder<'e, 'w> {
     triangles: &'e [Triangle],
-    wide: WideTree<'e>,
     words: &'e mut Words<'w>,
 }
 
 impl Encoder<'_, '_> {
-    /// Appends what a link of the wide octree leads to, and returns the link to it. As deep a recursion as the
-    /// tree.
-    fn subtree(&mut self, link: u32) -> u32 {
-        let place = self.words.len() as u32;
-        if link & wide_octree::LEAF != 0 {
-            if let Some(leaf) = wide_octree::leaf_at(self.wide.rows, link) {
-                let ids = leaf[IDS_ROW].iter().take(wide_octree::leaf_count(link) as usize);
-                self.leaf(ids.copied().collect());
-            }
-            return LEAF | place;
+    /// Appends a subtree, and returns the link to it and its box. As deep a recursion as the tree.
+    fn subtree(&mut self, subtree: Subtree<'_>) -> (u32, Box4) {
+        let items = subtree.items;
+        if items.len() <= LANES {
+            let place = self.words.len() as u32;
+            self.leaf(items.iter().map(Item::id));
+            return (LEAF | place, Box4::around(items));
         }
-        let mut children = heapless::Vec::<u32, LANES>::new();
+        // A node comes before its children, and knows their boxes after them.
+        let place = self.words.reserve(NODE_WORDS);
+        let mut bounds = Box4::EMPTY;
+        let mut links = heapless::Vec::<u32, LANES>::new();
         let mut boxes = heapless::Vec::<Aabb, LANES>::new();
-        self.wide.for_each_child(link, |child, bounds| {
-            let pushed = children.push(child).is_ok() && boxes.push(bounds).is_ok();
+        for child in subtree.children() {
+            let (link, child) = self.subtree(child);
+            bounds = bounds.union(child);
+            let pushed = links.push(link).is_ok() && boxes.push(child.aabb()).is_ok();
             debug_assert!(pushed, "a node has eight lanes");
-        });
-        self.words.extend(Node::of(&boxes).words());
-        let links = place as usize + NODE_WORDS - LANES;
-        for (lane, &child) in children.iter().enumerate() {
-            let link = self.subtree(child);
-            self.words.set(links + lane, link);
         }
-        place
+        let mut node = Node::of(&boxes);
+        for (slot, link) in node.links.iter_mut().zip(links) {
+            *slot = link;
+        }
+        for (place, &word) in (place..).zip(node.words()) {
+            self.words.set(place, word);
+        }
+        (place as u32, bounds)
     }
 
     /// Appends a leaf: as few blocks as it takes with the triangles in their order.
-    fn leaf(&mut self, ids: heapless::Vec<u32, LANES>) {
+    fn leaf(&mut self, ids: impl Iterator<Item = u32>) {
         let mut block = Block::default();
         for id in ids {
             let triangle = self.triangles.get(id as usize).copied().unwrap_or_default();

@@ -139,18 +139,17 @@ impl Structure for CompactOctree {
     const HOLDS_TRIANGLES: bool = true;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        let wide = WideOctree::scratch_bytes(triangle_count, options);
-        wide.saturating_add(encode::scratch_bytes(triangle_count))
+        WideOctree::scratch_bytes(triangle_count, options)
     }
 
     fn build(
         division: Division<'_>,
-        options: &Options,
+        _: &Options,
         words: &mut Words<'_>,
         scratch: &mut [u8],
         executor: &impl Executor,
     ) -> Result<(), BuildError> {
-        encode::build(division, options, words, scratch, executor)
+        encode::build(division, words, scratch, executor)
     }
 
     #[inline]

@@ -4,6 +4,8 @@
 //! them, which tells how much its parts will take; then everything is written to where it belongs. Both go
 //! down the tree in branches that know nothing of each other, so an executor may run them at once, and the
 //! bytes are the same. Where nothing is to be written, the first pass says how much it would be.
+//!
+//! Octrees that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
 
 use bytemuck::{Pod, Zeroable};
 
@@ -16,7 +18,7 @@ use crate::{BuildError, Executor, Triangle};
 /// Between two items: which node divides them.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Cut {
+pub(in crate::indices) struct Cut {
     /// The node's depth below the root; none has `NO_LEVEL`.
     level: u32,
     /// The rows of its part that begins here.
@@ -38,9 +40,8 @@ pub(super) fn build(
     scratch: &mut [u8],
     executor: &impl Executor,
 ) -> Result<(), BuildError> {
-    let Division { triangles, clusters, ref nodes } = division;
+    let triangles = division.triangles;
     let count = triangles.len();
-    let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
     // Every triangle a leaf, and a node for every two children.
     if count.saturating_mul((LEAF_ROWS + NODE_ROWS) as usize) >= ROW_MASK as usize {
         return Err(BuildError::TooLarge);
@@ -48,20 +49,13 @@ pub(super) fn build(
     if count == 0 {
         return Ok(());
     }
-    let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
-    let items = arena.take::<Item>(count).ok_or(full)?;
-    let cuts = arena.take::<Cut>(count).ok_or(full)?;
-    let counts = arena.take::<u32>(nodes.len()).ok_or(full)?;
-    let divider = Divider::new(items, counts, triangles, clusters, nodes);
-
-    let largest = items.iter().fold(0.0, |all, item| larger(all, item.largest_coordinate()));
-    let root = Place { join: divider.root(), depth: 0, level: 0 };
-    let builder = Builder { triangles, divider, executor };
-    let rows = HEAD_ROWS + builder.sort(items, cuts, root);
+    let Sorted { root: Subtree { items, cuts, level }, rows, largest } =
+        sort(&division, scratch, executor)?;
+    let rows = HEAD_ROWS + rows;
     if let Some(words) = words.append(rows as usize * LANES) {
         let rows: &mut [Row] = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
         if let Some((head, rows)) = rows.split_at_mut_checked(HEAD_ROWS as usize) {
-            let root = builder.write(items, cuts, 0, HEAD_ROWS, rows);
+            let root = Writer { triangles, executor }.write(items, cuts, level, HEAD_ROWS, rows);
             head.fill([0; LANES]);
             if let Some(head) = head.first_mut() {
                 *head = [root.link, root.edge.to_bits(), largest.to_bits(), 0, 0, 0, 0, 0];
@@ -70,6 +64,61 @@ pub(super) fn build(
     }
     division.first_owns(words.len());
     Ok(())
+}
+
+/// The triangles in the order of the leaves, one at least.
+pub(in crate::indices) struct Sorted<'s> {
+    pub root: Subtree<'s>,
+    /// The rows that a wide octree takes, without its head.
+    rows: u32,
+    /// The largest coordinate of any triangle.
+    pub largest: f32,
+}
+
+/// A run of sorted items: up to eight are a leaf, more are a node.
+#[derive(Clone, Copy)]
+pub(in crate::indices) struct Subtree<'s> {
+    pub items: &'s [Item],
+    cuts: &'s [Cut],
+    level: u32,
+}
+
+impl Subtree<'_> {
+    /// The children of a node.
+    pub fn children(self) -> impl Iterator<Item = Self> {
+        let starts = node_cuts(self.cuts, self.level).map(|(from, _)| from);
+        let ends = starts.clone().chain([self.items.len()]);
+        [0].into_iter().chain(starts).zip(ends).filter_map(move |(from, to)| {
+            let (items, cuts) = (self.items.get(from..to)?, self.cuts.get(from..to)?);
+            Some(Self { items, cuts, level: self.level + 1 })
+        })
+    }
+}
+
+/// Where the children of a node begin, but the first.
+fn node_cuts(cuts: &[Cut], level: u32) -> impl Iterator<Item = (usize, &Cut)> + Clone {
+    cuts.iter().enumerate().skip(1).filter(move |(_, cut)| cut.level == level).take(LANES - 1)
+}
+
+/// The first pass, in `scratch_bytes` of scratch.
+pub(in crate::indices) fn sort<'s>(
+    division: &Division<'_>,
+    scratch: &'s mut [u8],
+    executor: &impl Executor,
+) -> Result<Sorted<'s>, BuildError> {
+    let Division { triangles, clusters, ref nodes } = *division;
+    let count = triangles.len();
+    let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
+    let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+    let items = arena.take::<Item>(count).ok_or(full)?;
+    let cuts = arena.take::<Cut>(count).ok_or(full)?;
+    let counts = arena.take::<u32>(nodes.len()).ok_or(full)?;
+    let divider = Divider::new(items, counts, triangles, clusters, nodes);
+
+    let largest = items.iter().fold(0.0, |all, item| larger(all, item.largest_coordinate()));
+    let root = Place { join: divider.root(), depth: 0, level: 0 };
+    let rows = Sorter { divider, executor }.sort(items, cuts, root);
+    Ok(Sorted { root: Subtree { items, cuts, level: 0 }, rows, largest })
 }
 
 /// Where a subtree stands.
@@ -113,23 +162,23 @@ struct Run {
 /// From so many items on, branches are offered to the executor.
 const LARGE: usize = 4096;
 
-struct Builder<'b, E> {
-    triangles: &'b [Triangle],
+/// Does both, at once if they are large.
+fn both<A: Send, B: Send>(
+    executor: &impl Executor,
+    count: usize,
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    if count >= LARGE { executor.join(a, b) } else { (a(), b()) }
+}
+
+/// The first pass.
+struct Sorter<'b, E> {
     divider: Divider<'b>,
     executor: &'b E,
 }
 
-impl<E: Executor> Builder<'_, E> {
-    /// Does both, at once if they are large.
-    fn both<A: Send, B: Send>(
-        &self,
-        count: usize,
-        a: impl FnOnce() -> A + Send,
-        b: impl FnOnce() -> B + Send,
-    ) -> (A, B) {
-        if count >= LARGE { self.executor.join(a, b) } else { (a(), b()) }
-    }
-
+impl<E: Executor> Sorter<'_, E> {
     /// Sorts the items of a subtree into the order of its leaves, cuts them between its first and its last,
     /// and returns the rows that it takes. As deep a recursion as the tree.
     fn sort(&self, items: &mut [Item], cuts: &mut [Cut], place: Place) -> u32 {
@@ -139,7 +188,7 @@ impl<E: Executor> Builder<'_, E> {
             return LEAF_ROWS;
         }
         let parts = self.divider.divide(items, place.join, place.depth);
-        NODE_ROWS + self.sort_parts(items, cuts, &parts, place)
+        NODE_ROWS.saturating_add(self.sort_parts(items, cuts, &parts, place))
     }
 
     /// Sorts the neighbouring parts of a node, cuts between them, and returns the rows of all.
@@ -163,14 +212,24 @@ impl<E: Executor> Builder<'_, E> {
         let (at, count) = (middle.from - first.from, items.len());
         let halves = (items.split_at_mut_checked(at), cuts.split_at_mut_checked(at));
         let (Some(items), Some(cuts)) = halves else { return 0 };
-        let (left, right) = self.both(
+        let (left, right) = both(
+            self.executor,
             count,
             || self.sort_parts(items.0, cuts.0, left, place),
             || self.sort_parts(items.1, cuts.1, right, place),
         );
-        left + right
+        // More than fit are refused by who writes rows.
+        left.saturating_add(right)
     }
+}
 
+/// The second pass.
+struct Writer<'b, E> {
+    triangles: &'b [Triangle],
+    executor: &'b E,
+}
+
+impl<E: Executor> Writer<'_, E> {
     /// Writes the subtree of sorted items into as many rows as it takes, of which the first is `row`.
     fn write(&self, items: &[Item], cuts: &[Cut], level: u32, row: u32, rows: &mut [Row]) -> Child {
         if items.len() <= LANES {
@@ -182,8 +241,7 @@ impl<E: Executor> Builder<'_, E> {
         // The first part has no cut of its own, and takes what the others leave.
         let mut runs = [Run { from: 0, rows: below.len() }; LANES];
         let mut count = 1;
-        let own = cuts.iter().enumerate().skip(1).filter(|(_, cut)| cut.level == level);
-        for (from, cut) in own.take(LANES - 1) {
+        for (from, cut) in node_cuts(cuts, level) {
             let rows = cut.rows as usize;
             runs[0].rows = runs[0].rows.saturating_sub(rows);
             runs[count % LANES] = Run { from, rows };
@@ -231,7 +289,8 @@ impl<E: Executor> Builder<'_, E> {
         let halves = (rows.split_at_mut_checked(rows_at), children.split_at_mut_checked(half));
         let (Some(rows), Some(children)) = halves else { return };
         let places = [(level, row), (level, row + rows_at as u32)];
-        self.both(
+        both(
+            self.executor,
             items.len(),
             || self.write_parts(items_of.0, cuts.0, left, places[0], rows.0, children.0),
             || self.write_parts(items_of.1, cuts.1, right, places[1], rows.1, children.1),
@@ -258,7 +317,6 @@ impl<E: Executor> Builder<'_, E> {
                 row[lane] = word;
             }
         }
-        let bounds = items.iter().fold(Box4::EMPTY, |all, item| all.union(item.bounds()));
-        Child { bounds, link: leaf_link(row, items.len() as u32), edge }
+        Child { bounds: Box4::around(items), link: leaf_link(row, items.len() as u32), edge }
     }
 }

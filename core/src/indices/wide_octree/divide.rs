@@ -11,7 +11,7 @@ use glam::Vec4;
 use super::{BALANCED_FROM, LANES};
 use crate::cluster::{Clusters, MAX_TREE_DEPTH};
 use crate::memory::{ClusterNode, NodeId};
-use crate::{Triangle, Vec3};
+use crate::{Aabb, Triangle, Vec3};
 
 /// Bins an axis, and for fewer triangles than `FEW`: there, sweeping over the bins is most of the work. 8
 /// for all cost about 2% more steps, 32 were no better.
@@ -24,7 +24,7 @@ const FEW: usize = 48;
 /// No coordinate is -0.0, so the least and the largest are the same on every target.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Box4 {
+pub(in crate::indices) struct Box4 {
     pub lo: Vec4,
     pub hi: Vec4,
 }
@@ -32,8 +32,18 @@ pub(super) struct Box4 {
 impl Box4 {
     pub const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
 
+    /// The smallest box around some items.
+    pub fn around(items: &[Item]) -> Self {
+        items.iter().fold(Self::EMPTY, |all, item| all.union(item.0))
+    }
+
     pub fn union(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// In three components.
+    pub fn aabb(self) -> Aabb {
+        Aabb::new(self.lo.truncate(), self.hi.truncate())
     }
 
     /// Half the surface.
@@ -52,17 +62,13 @@ impl Box4 {
 /// upper 16 bits and the lower as numbers.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(transparent)]
-pub(super) struct Item(Box4);
+pub(in crate::indices) struct Item(Box4);
 
 impl Item {
     fn new(triangle: &Triangle, id: u32) -> Self {
         let bounds = triangle.bounds();
         let (lo, hi) = (bounds.lo + Vec3::ZERO, bounds.hi + Vec3::ZERO);
         Self(Box4 { lo: lo.extend((id >> 16) as f32), hi: hi.extend((id & 0xffff) as f32) })
-    }
-
-    pub fn bounds(&self) -> Box4 {
-        self.0
     }
 
     pub fn id(&self) -> u32 {
@@ -86,8 +92,7 @@ pub(super) struct Part {
 impl Part {
     fn of(items: &[Item], from: usize, to: usize, join: Option<NodeId>) -> Self {
         let part = items.get(from..to).unwrap_or(&[]);
-        let bounds = part.iter().fold(Box4::EMPTY, |all, item| all.union(item.0));
-        Self { from, to, bounds, join }
+        Self { from, to, bounds: Box4::around(part), join }
     }
 
     fn count(&self) -> usize {

@@ -26,10 +26,10 @@
 
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx2;
-mod build;
-mod divide;
+pub(super) mod build;
+pub(super) mod divide;
 pub(super) mod lanes;
-pub(super) mod tree;
+mod tree;
 pub(super) mod walk;
 
 use tree::WideTree;
@@ -48,20 +48,20 @@ pub enum WideOctree {}
 pub(super) type Row = [u32; LANES];
 
 pub(super) const LANES: usize = 8;
-pub(super) type Node = [Row; NODE_ROWS as usize];
+type Node = [Row; NODE_ROWS as usize];
 pub(super) type Leaf = [Row; LEAF_ROWS as usize];
 
-pub(super) const HEAD_ROWS: u32 = 2;
-pub(super) const NODE_ROWS: u32 = 8;
-pub(super) const LEAF_ROWS: u32 = 10;
-pub(super) const LINKS_ROW: usize = 6;
+const HEAD_ROWS: u32 = 2;
+const NODE_ROWS: u32 = 8;
+const LEAF_ROWS: u32 = 10;
+const LINKS_ROW: usize = 6;
 const EDGES_ROW: usize = 7;
-pub(super) const IDS_ROW: usize = 9;
+const IDS_ROW: usize = 9;
 
-pub(super) const LEAF: u32 = 1 << 31;
+const LEAF: u32 = 1 << 31;
 const COUNT_SHIFT: u32 = 28;
 const ROW_MASK: u32 = (1 << COUNT_SHIFT) - 1;
-pub(super) const EMPTY: u32 = 0;
+const EMPTY: u32 = 0;
 /// An unused lane of a leaf.
 const NO_ID: u32 = u32::MAX;
 
@@ -76,20 +76,20 @@ fn leaf_link(row: u32, count: u32) -> u32 {
     LEAF | (count - 1) << COUNT_SHIFT | row
 }
 
-pub(super) fn leaf_count(link: u32) -> u32 {
+fn leaf_count(link: u32) -> u32 {
     (link >> COUNT_SHIFT & 7) + 1
 }
 
 /// The rows of a node.
 #[inline]
-pub(super) fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
+fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
     let row = (link & ROW_MASK) as usize;
     rows.get(row..row + NODE_ROWS as usize)?.try_into().ok()
 }
 
 /// The rows of a leaf.
 #[inline]
-pub(super) fn leaf_at(rows: &[Row], link: u32) -> Option<&Leaf> {
+fn leaf_at(rows: &[Row], link: u32) -> Option<&Leaf> {
     let row = (link & ROW_MASK) as usize;
     rows.get(row..row + LEAF_ROWS as usize)?.try_into().ok()
 }
@@ -182,7 +182,7 @@ fn check(image: &Image<'_>) -> Option<Statistics> {
 }
 
 #[inline(always)]
-pub(super) fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
+fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
     let lane = lane % LANES;
     let number = |row: usize| f32::from_bits(leaf[row][lane]);
     let corner = |row: usize| Vec3::new(number(row), number(row + 1), number(row + 2));

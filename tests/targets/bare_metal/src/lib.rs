@@ -30,8 +30,7 @@ const RAYS: u32 = 400;
 /// Too few for some rays, so that the digest covers truncation.
 const MOST_HITS: usize = 4;
 
-/// What the builds may use. 256 KiB each: ten times what most of these indices need; the compact octrees' build
-/// needs nearly all of its half.
+/// What the builds may use. 256 KiB each: ten times what most of these indices need.
 const BLOCKS: usize = 4096;
 
 struct Memory {
