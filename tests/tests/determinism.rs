@@ -31,10 +31,10 @@ const IMAGES: &[(&str, u64)] = &[
     ("bsp-tree-hierarchy", 0x708e_9625_d095_da74),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
-    ("wide-octree", 0x53b7_415e_da62_6e52),
-    ("wide-octree-hierarchy", 0x34b3_ff58_386f_3832),
-    ("compact-octree", 0x6ea6_0608_18df_87a9),
-    ("compact-octree-hierarchy", 0x996d_6bc3_91f5_cd49),
+    ("wide-octree", 0x1268_baf4_0558_f40d),
+    ("wide-octree-hierarchy", 0xd120_7ad7_47d9_2a36),
+    ("compact-octree", 0x3065_8c6f_e89c_c8f2),
+    ("compact-octree-hierarchy", 0x14d5_b28a_50cd_f184),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots

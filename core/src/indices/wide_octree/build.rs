@@ -1,18 +1,20 @@
-//! Building from above, in two passes.
+//! Building in two passes.
 //!
-//! First the triangles are sorted into the order of the leaves, with a [`Cut`] wherever a node divides
-//! them, which tells how much its parts will take; then everything is written to where it belongs. Both go
-//! down the tree in branches that know nothing of each other, so an executor may run them at once, and the
-//! bytes are the same. Where nothing is to be written, the first pass says how much it would be.
+//! First the triangles are sorted into the order of the leaves by dividing them in two again and again, the
+//! divisions are collapsed into nodes, and a [`Cut`] is made wherever a node divides them, which tells how much
+//! its parts will take; then everything is written to where it belongs. Both go down the tree in branches that
+//! know nothing of each other, so an executor may run them at once, and the bytes are the same. Where nothing is
+//! to be written, the first pass says how much it would be.
 //!
 //! Octrees that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
 
 use bytemuck::{Pod, Zeroable};
 
-use super::divide::{Box4, Divider, Item, Part, larger};
+use super::collapse::{Forest, Split};
+use super::divide::{Box4, Divider, Item, Place, larger};
 use super::{EMPTY, HEAD_ROWS, LANES, LEAF_ROWS, NO_ID, NODE_ROWS, ROW_MASK, Row, leaf_link};
 use crate::indices::Division;
-use crate::memory::{Arena, NodeId, Words, size_of_slice};
+use crate::memory::{Arena, Words, size_of_slice};
 use crate::{BuildError, Executor, Triangle};
 
 /// Between two items: which node divides them.
@@ -31,6 +33,7 @@ pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
     let counts = size_of_slice::<u32>(triangle_count.saturating_mul(2));
     size_of_slice::<Item>(triangle_count)
         .saturating_add(size_of_slice::<Cut>(triangle_count))
+        .saturating_add(size_of_slice::<Split>(triangle_count))
         .saturating_add(counts)
 }
 
@@ -112,31 +115,20 @@ pub(in crate::indices) fn sort<'s>(
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
     let items = arena.take::<Item>(count).ok_or(full)?;
     let cuts = arena.take::<Cut>(count).ok_or(full)?;
+    let splits = arena.take::<Split>(count).ok_or(full)?;
     let counts = arena.take::<u32>(nodes.len()).ok_or(full)?;
     let divider = Divider::new(items, counts, triangles, clusters, nodes);
 
     let largest = items.iter().fold(0.0, |all, item| larger(all, item.largest_coordinate()));
-    let root = Place { join: divider.root(), depth: 0, level: 0 };
-    let rows = Sorter { divider, executor }.sort(items, cuts, root);
-    Ok(Sorted { root: Subtree { items, cuts, level: 0 }, rows, largest })
-}
-
-/// Where a subtree stands.
-#[derive(Clone, Copy)]
-struct Place {
-    /// The join of clusters that it is, if it is one.
-    join: Option<NodeId>,
-    /// The levels above it in its cluster.
-    depth: u32,
-    /// All levels above it.
-    level: u32,
-}
-
-impl Place {
-    fn below(self, join: Option<NodeId>) -> Self {
-        let depth = if join.is_some() { 0 } else { self.depth + 1 };
-        Self { join, depth, level: self.level + 1 }
-    }
+    let place = divider.root();
+    let root = Sorter { divider, executor }.sort(items, splits, 0, place);
+    cuts.fill(Cut { level: NO_LEVEL, rows: 0 });
+    root.for_each_child(splits, &mut |at, level, rows| {
+        if let Some(cut) = cuts.get_mut(at as usize) {
+            *cut = Cut { level, rows };
+        }
+    });
+    Ok(Sorted { root: Subtree { items, cuts, level: 0 }, rows: root.rows(), largest })
 }
 
 /// What a node knows of a child.
@@ -179,47 +171,29 @@ struct Sorter<'b, E> {
 }
 
 impl<E: Executor> Sorter<'_, E> {
-    /// Sorts the items of a subtree into the order of its leaves, cuts them between its first and its last,
-    /// and returns the rows that it takes. As deep a recursion as the tree.
-    fn sort(&self, items: &mut [Item], cuts: &mut [Cut], place: Place) -> u32 {
-        let inner = cuts.get_mut(1..).unwrap_or_default();
-        if items.len() <= LANES {
-            inner.fill(Cut { level: NO_LEVEL, rows: 0 });
-            return LEAF_ROWS;
+    /// Sorts the items of a part, of which the first has the number `from`, into the order of its leaves, and
+    /// files how they are divided. As deep a recursion as they are divided.
+    fn sort(&self, items: &mut [Item], splits: &mut [Split], from: u32, place: Place) -> Forest {
+        let count = items.len();
+        if count <= LANES {
+            return Forest::LEAF;
         }
-        let parts = self.divider.divide(items, place.join, place.depth);
-        NODE_ROWS.saturating_add(self.sort_parts(items, cuts, &parts, place))
-    }
-
-    /// Sorts the neighbouring parts of a node, cuts between them, and returns the rows of all.
-    fn sort_parts(
-        &self,
-        items: &mut [Item],
-        cuts: &mut [Cut],
-        parts: &[Part],
-        place: Place,
-    ) -> u32 {
-        let (left, right) = parts.split_at_checked(parts.len() / 2).unwrap_or_default();
-        let (Some(first), Some(middle)) = (left.first(), right.first()) else {
-            let join = parts.first().and_then(|part| part.join);
-            let rows = self.sort(items, cuts, place.below(join));
-            // A node above that begins here too overwrites it.
-            if let Some(cut) = cuts.first_mut() {
-                *cut = Cut { level: place.level, rows };
-            }
-            return rows;
-        };
-        let (at, count) = (middle.from - first.from, items.len());
-        let halves = (items.split_at_mut_checked(at), cuts.split_at_mut_checked(at));
-        let (Some(items), Some(cuts)) = halves else { return 0 };
+        let surface = Box4::around(items).surface();
+        let (length, places) = self.divider.divide(items, place);
+        let at = from + length as u32;
+        let halves = (items.split_at_mut_checked(length), splits.split_at_mut_checked(length));
+        let (Some(items), Some(halves)) = halves else { return Forest::LEAF };
         let (left, right) = both(
             self.executor,
             count,
-            || self.sort_parts(items.0, cuts.0, left, place),
-            || self.sort_parts(items.1, cuts.1, right, place),
+            || self.sort(items.0, halves.0, from, places[0]),
+            || self.sort(items.1, halves.1, at, places[1]),
         );
-        // More than fit are refused by who writes rows.
-        left.saturating_add(right)
+        let (forest, split) = Forest::join(&left, &right, at, surface);
+        if let Some(slot) = splits.get_mut(length) {
+            *slot = split;
+        }
+        forest
     }
 }
 

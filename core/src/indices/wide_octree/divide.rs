@@ -1,9 +1,8 @@
 //! Which triangles go together.
 //!
-//! A node's triangles are divided in two, then the costliest part again, until there are eight parts
-//! or none is left to divide: a join of clusters into those that were joined, other triangles by the best
-//! plane of all axes by estimated tests. A test of up to eight triangles costs the same, so counts are
-//! rounded up to full leaves: this fills them.
+//! Triangles are divided in two until eight or fewer are left: a join of clusters into those that were joined,
+//! other triangles by the best plane of all axes by estimated tests. A test of up to eight triangles costs the
+//! same, so counts are rounded up to full leaves: this fills them.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
@@ -47,7 +46,7 @@ impl Box4 {
     }
 
     /// Half the surface.
-    fn surface(&self) -> f32 {
+    pub fn surface(&self) -> f32 {
         let [x, y, z, _] = (self.hi - self.lo).to_array();
         x * y + y * z + z * x
     }
@@ -80,24 +79,13 @@ impl Item {
     }
 }
 
-/// A run of items, and the join of clusters that it is, if it is one.
+/// Where a part stands.
 #[derive(Clone, Copy)]
-pub(super) struct Part {
-    pub from: usize,
-    to: usize,
-    bounds: Box4,
-    pub join: Option<NodeId>,
-}
-
-impl Part {
-    fn of(items: &[Item], from: usize, to: usize, join: Option<NodeId>) -> Self {
-        let part = items.get(from..to).unwrap_or(&[]);
-        Self { from, to, bounds: Box4::around(part), join }
-    }
-
-    fn count(&self) -> usize {
-        self.to - self.from
-    }
+pub(super) struct Place {
+    /// The join of clusters that it is, if it is one.
+    join: Option<NodeId>,
+    /// The divisions above it in its cluster.
+    depth: u32,
 }
 
 pub(super) fn larger(a: f32, b: f32) -> f32 {
@@ -132,9 +120,9 @@ impl<'b> Divider<'b> {
         divider
     }
 
-    /// The whole, if it is a join.
-    pub fn root(&self) -> Option<NodeId> {
-        self.join((self.nodes.len() as u32).saturating_sub(1))
+    /// Where the whole stands.
+    pub fn root(&self) -> Place {
+        Place { join: self.join((self.nodes.len() as u32).saturating_sub(1)), depth: 0 }
     }
 
     fn file(&self, items: &mut [Item], triangles: &[Triangle], clusters: &Clusters<'_>) {
@@ -176,56 +164,20 @@ impl<'b> Divider<'b> {
         (id as usize > self.nodes.len() / 2).then_some(NodeId(id))
     }
 
-    /// Sorts the items into two to eight parts, one behind the other. Of two, the one that costs less comes
-    /// first, hence in the lower lane: where a ray enters both at once, as one that begins in both, it is
-    /// the cheaper to be asked first.
-    pub fn divide(
-        &self,
-        items: &mut [Item],
-        join: Option<NodeId>,
-        depth: u32,
-    ) -> heapless::Vec<Part, LANES> {
-        let mut parts = heapless::Vec::new();
-        let count = items.len();
-        if parts.push(Part::of(items, 0, count, join)).is_err() {
-            return parts;
+    /// Sorts more than eight items into two parts, one behind the other, and returns the length of the first,
+    /// which is the one that costs less. So it gets the lower lane: where a ray enters both at once, as one
+    /// that begins in both, it is the cheaper to be asked first.
+    pub fn divide(&self, items: &mut [Item], place: Place) -> (usize, [Place; 2]) {
+        let below = Place { join: None, depth: place.depth + 1 };
+        if let Some(node) = place.join.and_then(|join| self.nodes.get(join.0 as usize)) {
+            let links = self.cheaper_first(node);
+            let length = self.counts.get(links[0] as usize).map_or(0, |&count| count as usize);
+            (length, links.map(|link| Place { join: self.join(link), depth: 0 }))
+        } else if place.depth >= BALANCED_FROM {
+            (items.len() / 2, [below; 2])
+        } else {
+            (halve(items), [below; 2])
         }
-        while parts.len() < LANES {
-            // The part whose triangles cost most.
-            let mut costliest: Option<(f32, usize)> = None;
-            for (at, part) in parts.iter().enumerate() {
-                let cost = part.bounds.surface() * tests(part.count());
-                if part.count() > LANES && costliest.is_none_or(|(most, _)| cost > most) {
-                    costliest = Some((cost, at));
-                }
-            }
-            let Some(part) = costliest.and_then(|(_, at)| parts.get_mut(at)) else {
-                break;
-            };
-            let (from, to) = (part.from, part.to);
-            let Some(run) = items.get_mut(from..to) else { break };
-            let joined = part.join.and_then(|join| self.nodes.get(join.0 as usize));
-            let (length, joins) = if let Some(node) = joined {
-                let links = self.cheaper_first(node);
-                let length = self.counts.get(links[0] as usize).map_or(0, |&count| count as usize);
-                (length, links.map(|link| self.join(link)))
-            } else if depth >= BALANCED_FROM {
-                (run.len() / 2, [None; 2])
-            } else {
-                (halve(run), [None; 2])
-            };
-            let middle = from + length;
-            *part = Part::of(items, from, middle, joins[0]);
-            // Behind its other half: `Vec::insert` could panic.
-            let mut carried = Part::of(items, middle, to, joins[1]);
-            for part in parts.iter_mut().filter(|part| part.from > from) {
-                core::mem::swap(part, &mut carried);
-            }
-            if parts.push(carried).is_err() {
-                break;
-            }
-        }
-        parts
     }
 }
 
