@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use crate::MeshError;
+
 /// Why an index was not built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -22,17 +24,12 @@ pub enum BuildError {
     },
     /// The arena or the scratch does not start at a multiple of [`crate::memory::ALIGNMENT`] bytes.
     Misaligned,
-    /// A triangle has an infinite or NaN coordinate.
-    NonFiniteVertex {
-        /// The place of the triangle in the scene.
-        triangle: u32,
-    },
-    /// More triangles than ids; `most` can be indexed.
-    TooManyTriangles {
-        /// Triangles in the scene.
-        given: usize,
-        /// The limit.
-        most: usize,
+    /// The scene's triangles cannot be indexed.
+    Mesh(MeshError),
+    /// An index of this kind holds the triangles in a form of its own, so it is not built beside a mesh.
+    HoldsTriangles {
+        /// The kind's name.
+        kind: &'static str,
     },
     /// The index needs more words than `u32` links can reach: lower the level.
     TooLarge,
@@ -71,11 +68,9 @@ impl fmt::Display for BuildError {
                 "the arena and the scratch must start at a multiple of {} bytes",
                 crate::memory::ALIGNMENT
             ),
-            Self::NonFiniteVertex { triangle } => {
-                write!(f, "triangle {triangle} has an infinite or NaN coordinate")
-            }
-            Self::TooManyTriangles { given, most } => {
-                write!(f, "{given} triangles are more than the {most} that ids can name")
+            Self::Mesh(error) => error.fmt(f),
+            Self::HoldsTriangles { kind } => {
+                write!(f, "{kind} holds the triangles itself, and is not built beside a mesh")
             }
             Self::TooLarge => f.write_str("the index outgrows its 32-bit links: lower the level"),
             Self::ObjectsMismatch { triangles, objects } => {
@@ -91,6 +86,12 @@ impl fmt::Display for BuildError {
 }
 
 impl core::error::Error for BuildError {}
+
+impl From<MeshError> for BuildError {
+    fn from(error: MeshError) -> Self {
+        Self::Mesh(error)
+    }
+}
 
 /// Why bytes are not an index that can be queried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +117,22 @@ pub enum ImageError {
         /// The kind found.
         found: u32,
     },
+    /// The index was built beside a mesh, without which it has no triangles: see
+    /// [`crate::Index::from_bytes_beside`].
+    MeshMissing,
+    /// The index has its triangles itself, and takes no mesh: see [`crate::Index::from_bytes`].
+    HasTriangles,
+    /// The mesh cannot be indexed.
+    Mesh(MeshError),
+    /// The mesh has not as many triangles as the one that the index was built beside.
+    OtherMeshLength {
+        /// Triangles of the mesh that it was built beside.
+        expected: u32,
+        /// Triangles of this one.
+        found: usize,
+    },
+    /// The mesh has other coordinates than the one that the index was built beside.
+    OtherMesh,
     /// A part contradicts another.
     Malformed {
         /// The part.
@@ -139,6 +156,20 @@ impl fmt::Display for ImageError {
             Self::OtherVersion { found } => write!(f, "the image has format version {found}"),
             Self::OtherKind { expected, found } => {
                 write!(f, "the image holds an index of kind {found:#x}, not {expected:#x}")
+            }
+            Self::MeshMissing => {
+                f.write_str("the index was built beside a mesh, and has to be read beside it")
+            }
+            Self::HasTriangles => {
+                f.write_str("the index has its triangles itself, and takes no mesh")
+            }
+            Self::Mesh(error) => error.fmt(f),
+            Self::OtherMeshLength { expected, found } => write!(
+                f,
+                "the index was built beside a mesh of {expected} triangles, this one has {found}"
+            ),
+            Self::OtherMesh => {
+                f.write_str("the index was built beside a mesh of other coordinates")
             }
             Self::Malformed { part, at } => write!(f, "the image is malformed: {part} {at}"),
         }

@@ -10,11 +10,11 @@ use crate::cluster::{self, Clusters};
 use crate::geometry::Ray;
 use crate::indices::{Division, Statistics, Structure};
 use crate::memory::{
-    Arena, ClusterNode, Image, Layout, NodeId, WORDS_HOLD_TRIANGLES, Words, encode_header, padded,
-    size_of_slice,
+    Arena, ClusterNode, Image, Layout, MESH_BESIDE, NodeId, WORDS_HOLD_TRIANGLES, Words,
+    encode_header, padded, size_of_slice,
 };
 use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
-use crate::{BuildError, Executor, ImageError, Options, Scene, Sequential, Vectors};
+use crate::{BuildError, Executor, ImageError, Mesh, Options, Scene, Sequential, Vectors};
 
 /// Answers ray queries. Every index over the same triangles gives the same bits.
 pub trait RayIndex {
@@ -120,7 +120,7 @@ impl<'a, R: Representation> Index<'a, R> {
         scratch: &mut [u8],
         executor: &impl Executor,
     ) -> Result<Capacity, BuildError> {
-        match Self::build_with(scene, options, &mut [], scratch, executor) {
+        match Index::<R>::build_with(scene, options, &mut [], scratch, executor) {
             Err(BuildError::ArenaFull { needed, .. }) => Ok(Capacity {
                 index: needed,
                 scratch: Self::scratch_capacity(scene.triangles.len(), options),
@@ -136,11 +136,15 @@ impl<'a, R: Representation> Index<'a, R> {
     /// Both slices start at a multiple of [`crate::memory::ALIGNMENT`]; see [`crate::Block`].
     /// The bytes written depend on the scene and the options only.
     ///
+    /// The index has its own copy of the triangles, unless the scene says that it lies
+    /// [beside](Scene::beside) them. To let go of triangles that were copied, let go of the index too, and
+    /// read its bytes with [`Index::from_bytes`].
+    ///
     /// # Errors
     /// Any of [`BuildError`]; [`BuildError::ArenaFull`] says how much would have been enough. The
     /// arena's contents are then undefined.
     pub fn build(
-        scene: &Scene<'_>,
+        scene: &Scene<'a>,
         options: &Options,
         arena: &'a mut [u8],
         scratch: &mut [u8],
@@ -156,12 +160,15 @@ impl<'a, R: Representation> Index<'a, R> {
     /// # Errors
     /// As there.
     pub fn build_with(
-        scene: &Scene<'_>,
+        scene: &Scene<'a>,
         options: &Options,
         arena: &'a mut [u8],
         scratch: &mut [u8],
         executor: &impl Executor,
     ) -> Result<Self, BuildError> {
+        if scene.beside && R::Structure::HOLDS_TRIANGLES {
+            return Err(BuildError::HoldsTriangles { kind: R::NAME });
+        }
         scene.check()?;
         options.check()?;
         let options = &Options { cost: options.cost.or(Some(R::Structure::COST)), ..*options };
@@ -196,13 +203,14 @@ impl<'a, R: Representation> Index<'a, R> {
 
         // 3. Lay out what is known already. In an arena too small for it, only count.
         let given = arena.len();
-        let layout = Layout::new(R::KIND, triangles.len(), clusters.count());
+        let kind = if scene.beside { R::KIND | MESH_BESIDE } else { R::KIND };
+        let layout = Layout::new(kind, triangles.len(), clusters.count());
         let (fixed, word_bytes) = match arena.split_at_mut_checked(layout.words) {
             Some((fixed, rest)) => (Some(fixed), rest),
             None => (None, Default::default()),
         };
         let fixed = fixed.map(|bytes| layout.split(bytes));
-        let (header, triangle_bytes, node_bytes) = fixed.unwrap_or_default();
+        let (header, own_triangles, own_nodes) = fixed.unwrap_or_default();
 
         // 4. The structure over them.
         let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
@@ -219,15 +227,18 @@ impl<'a, R: Representation> Index<'a, R> {
         }
 
         // 5. The tree, the triangles, and the header last.
-        for (to, from) in node_bytes.iter_mut().zip(nodes.iter()) {
+        for (to, from) in own_nodes.iter_mut().zip(nodes.iter()) {
             *to = *from;
         }
-        for (to, from) in triangle_bytes.iter_mut().zip(bytemuck::must_cast_slice(triangles)) {
-            *to = *from;
+        for (to, from) in own_triangles.iter_mut().zip(triangles.iter()) {
+            *to = from;
         }
         let (triangle_count, word_count) = (triangles.len() as u32, words.len() as u32);
-        encode_header(header, R::KIND, triangle_count, clusters.count() as u32, word_count);
-        let image = Image::view(arena).map_err(|_| BuildError::ArenaFull { needed, given })?;
+        let fingerprint = scene.kept().map_or(0, |mesh| mesh.fingerprint());
+        let cluster_count = clusters.count() as u32;
+        encode_header(header, kind, triangle_count, cluster_count, word_count, fingerprint);
+        let image = Image::view(arena, scene.kept())
+            .map_err(|_| BuildError::ArenaFull { needed, given })?;
         Ok(Self { image, vectors: Vectors::detect(), representation: PhantomData })
     }
 
@@ -240,9 +251,26 @@ impl<'a, R: Representation> Index<'a, R> {
     /// # Errors
     /// Any of [`ImageError`].
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ImageError> {
-        let image = Image::parse(bytes)?;
-        if image.kind() != R::KIND {
-            return Err(ImageError::OtherKind { expected: R::KIND, found: image.kind() });
+        Self::read(bytes, None)
+    }
+
+    /// As [`Index::from_bytes`], for an index that was built [beside](Scene::beside) a mesh: takes the same
+    /// triangles, however they are kept now.
+    ///
+    /// Cost: linear in the lengths of both; nine multiplications of 64 bits a triangle are for telling meshes
+    /// apart.
+    ///
+    /// # Errors
+    /// Any of [`ImageError`].
+    pub fn from_bytes_beside(bytes: &'a [u8], mesh: Mesh<'a>) -> Result<Self, ImageError> {
+        Self::read(bytes, Some(mesh))
+    }
+
+    fn read(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, ImageError> {
+        let image = Image::parse(bytes, mesh)?;
+        let found = image.kind() & !MESH_BESIDE;
+        if found != R::KIND {
+            return Err(ImageError::OtherKind { expected: R::KIND, found });
         }
         let index = Self { image, vectors: Vectors::detect(), representation: PhantomData };
         index.check()?;

@@ -50,6 +50,7 @@ pub mod geometry;
 mod index;
 pub mod indices;
 pub mod memory;
+mod mesh;
 pub mod query;
 mod scene;
 mod vectors;
@@ -60,10 +61,11 @@ pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
 pub use index::{Capacity, Index, RayIndex, Representation};
 pub use indices::{
-    AnyIndex, BspTree, Bvh, Clustered, CompactOctree, IndexKind, KdTree, Linear, Octree, OctreeR,
-    UniformGrid, WideOctree,
+    AnyIndex, BspTree, Bvh, Clustered, CompactOctree, IndexKind, KdTree, LeanOctree, Linear,
+    Octree, OctreeR, UniformGrid, WideOctree,
 };
 pub use memory::Block;
+pub use mesh::{Mesh, MeshError};
 pub use query::{AllHits, Counters, Hit, TriangleId};
 pub use scene::{BvhBuild, Level, Options, Resolution, Scene};
 pub use vectors::Vectors;

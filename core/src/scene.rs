@@ -2,41 +2,82 @@
 
 use crate::auto::CostModel;
 use crate::indices::MOST_CELLS_ON_AXIS;
-use crate::{BuildError, Triangle};
+use crate::{BuildError, Mesh, Triangle};
 
-/// The triangles of a scene, and which whole objects they belong to where that is known.
+/// The triangles of a scene, which whole objects they belong to where that is known, and whether an index of
+/// them has a copy.
+///
+/// # Examples
+/// An index beside a mesh that is kept anyway reads the triangles where they lie, and is read back beside them.
+/// ```
+/// use arboleda::{Block, Index, LeanOctree, Mesh, Options, Ray, RayIndex, Scene, Vec3};
+///
+/// let (vertices, corners) = ([Vec3::ZERO, Vec3::X, Vec3::ONE, Vec3::Y], [[0, 1, 2], [0, 2, 3]]);
+/// let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
+/// let scene = Scene::of(mesh).beside();
+///
+/// let (mut arena, mut scratch) = ([Block::ZERO; 16], [Block::ZERO; 16]);
+/// let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+/// let built = Index::<LeanOctree>::build(&scene, &Options::default(), arena, scratch)?;
+/// let ray = Ray::new(Vec3::new(0.25, 0.75, -1.0), Vec3::Z)?;
+/// assert_eq!(built.closest_hit(&ray).map(|hit| (hit.triangle.0, hit.t)), Some((1, 1.0)));
+///
+/// let read = Index::<LeanOctree>::from_bytes_beside(built.as_bytes(), mesh)?;
+/// assert!(read.occluded(&ray));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Scene<'a> {
-    pub(crate) triangles: &'a [Triangle],
+    pub(crate) triangles: Mesh<'a>,
     pub(crate) objects: Option<&'a [u32]>,
+    /// Whether an index has no copy of the triangles.
+    pub(crate) beside: bool,
 }
 
 impl<'a> Scene<'a> {
     /// A scene whose primitives, for finding clusters, are its triangles.
     pub const fn new(triangles: &'a [Triangle]) -> Self {
-        Self { triangles, objects: None }
+        Self::of(Mesh::Triangles(triangles))
     }
 
-    /// A scene whose primitives are whole objects: triangle `i` belongs to object `objects[i]`, a
-    /// number below the number of triangles. An object is never divided between clusters.
+    /// As [`Scene::new`], of a mesh.
+    pub const fn of(mesh: Mesh<'a>) -> Self {
+        Self { triangles: mesh, objects: None, beside: false }
+    }
+
+    /// A scene whose primitives are whole objects; see [`Scene::objects`].
     pub const fn with_objects(triangles: &'a [Triangle], objects: &'a [u32]) -> Self {
-        Self { triangles, objects: Some(objects) }
+        Self::new(triangles).objects(objects)
+    }
+
+    /// The same triangles, with whole objects for primitives: triangle `i` belongs to object `objects[i]`, a
+    /// number below the number of triangles. An object is never divided between clusters.
+    #[must_use]
+    pub const fn objects(self, objects: &'a [u32]) -> Self {
+        Self { objects: Some(objects), ..self }
+    }
+
+    /// The same scene, of whose triangles an index has no copy: it lies beside them, and reads them where the
+    /// caller keeps them. Its answers are the same.
+    #[must_use]
+    pub const fn beside(self) -> Self {
+        Self { beside: true, ..self }
     }
 
     /// The triangles, by id.
-    pub const fn triangles(&self) -> &'a [Triangle] {
+    pub const fn triangles(&self) -> Mesh<'a> {
         self.triangles
+    }
+
+    /// The mesh that an index of the scene lies beside, if it does.
+    pub(crate) fn kept(&self) -> Option<Mesh<'a>> {
+        self.beside.then_some(self.triangles)
     }
 
     /// Refuses what no index can hold.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
+        self.triangles.check()?;
         let given = self.triangles.len();
-        if given > MOST_TRIANGLES {
-            return Err(BuildError::TooManyTriangles { given, most: MOST_TRIANGLES });
-        }
-        if let Some(triangle) = self.triangles.iter().position(|t| !t.is_finite()) {
-            return Err(BuildError::NonFiniteVertex { triangle: triangle as u32 });
-        }
         let Some(objects) = self.objects else {
             return Ok(());
         };

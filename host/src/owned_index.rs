@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use arboleda::{AnyIndex, Block, BuildError, Executor, IndexKind, Options, Scene, Sequential};
+use arboleda::{
+    AnyIndex, Block, BuildError, Executor, IndexKind, Mesh, Options, Scene, Sequential,
+};
 
 /// An index of any kind that owns its memory.
 pub struct OwnedIndex {
@@ -50,9 +52,18 @@ impl OwnedIndex {
     /// The index, read from its bytes as it would be from a file. Cost: linear, for the validation.
     ///
     /// # Panics
-    /// Never: the bytes are those that `build` wrote.
+    /// Only if it was built beside a mesh: the bytes are those that `build` wrote.
     pub fn index(&self) -> AnyIndex<'_> {
         self.kind.from_bytes(self.as_bytes()).expect("a built index is valid")
+    }
+
+    /// As [`OwnedIndex::index`], of one that was built beside a mesh.
+    ///
+    /// # Panics
+    /// If it was built beside another, or has its triangles itself.
+    pub fn index_beside<'a>(&'a self, mesh: Mesh<'a>) -> AnyIndex<'a> {
+        let index = self.kind.from_bytes_beside(self.as_bytes(), mesh);
+        index.expect("a built index is valid beside its mesh")
     }
 
     /// The image.

@@ -1,6 +1,8 @@
 //! Builds an index of any kind in memory of exactly the size it asks for.
 
-use arboleda::{AnyIndex, Block, BuildError, Executor, IndexKind, Options, Scene, Sequential};
+use arboleda::{
+    AnyIndex, Block, BuildError, Executor, IndexKind, Mesh, Options, Scene, Sequential,
+};
 
 /// An index that owns its bytes.
 pub struct Built {
@@ -66,6 +68,17 @@ impl Built {
     /// If the bytes are refused.
     pub fn index(&self) -> AnyIndex<'_> {
         match self.kind.from_bytes(self.bytes()) {
+            Ok(index) => index,
+            Err(error) => panic!("{} is refused: {error}", self.kind.name()),
+        }
+    }
+
+    /// As `index`, of one built beside a mesh.
+    ///
+    /// # Panics
+    /// If the bytes are refused.
+    pub fn index_beside<'a>(&'a self, mesh: Mesh<'a>) -> AnyIndex<'a> {
+        match self.kind.from_bytes_beside(self.bytes(), mesh) {
             Ok(index) => index,
             Err(error) => panic!("{} is refused: {error}", self.kind.name()),
         }

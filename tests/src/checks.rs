@@ -1,11 +1,12 @@
-//! Every index against every triangle, bit for bit.
+//! Every index against every triangle, bit for bit; beside a mesh, too.
 
 use arboleda::{
-    AllHits, Counters, Hit, IndexKind, Options, Ray, RayIndex, Scene, Triangle, TriangleId,
-    intersect,
+    AllHits, AnyIndex, Counters, Hit, IndexKind, Mesh, Options, Ray, RayIndex, Scene, Triangle,
+    TriangleId, intersect,
 };
 
 use crate::build::{Built, build_exactly};
+use crate::scenes::welded;
 
 /// Builds every kind of index, in exactly enough memory, and compares its answers with tests of all
 /// triangles: what `build` returns and what `from_bytes` makes of its bytes.
@@ -14,6 +15,8 @@ use crate::build::{Built, build_exactly};
 /// Where an answer differs by a bit, a size is not exact, or a build is refused.
 pub fn every_index_equals_linear(triangles: &[Triangle], rays: &[Ray], options: &Options) {
     let scene = Scene::new(triangles);
+    let (vertices, corners) = welded(triangles);
+    let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
     let expected: Vec<Vec<Hit>> = rays.iter().map(|ray| all_hits(triangles, ray)).collect();
     for &kind in IndexKind::ALL {
         let built = match build_exactly(kind, &scene, options) {
@@ -29,7 +32,32 @@ pub fn every_index_equals_linear(triangles: &[Triangle], rays: &[Ray], options: 
             assert_eq!(counts(&built, ray), counts(&copied, ray), "{} {ray:?}", kind.name());
         }
         many_equal_one_by_one(&built, rays, &expected);
+
+        // Beside the mesh: the same triangles, by the same walk.
+        if kind.holds_triangles() {
+            continue;
+        }
+        let beside = Built::new(kind, &Scene::of(mesh).beside(), options);
+        let beside = beside.unwrap_or_else(|error| panic!("{} beside: {error}", kind.name()));
+        is_the_same(&beside.index_beside(mesh), &built, rays, &expected);
     }
+}
+
+/// Compares an index beside a mesh with one that has a copy of its triangles.
+///
+/// # Panics
+/// Where an answer, a counter or the structure differs.
+pub fn is_the_same(beside: &AnyIndex<'_>, own: &AnyIndex<'_>, rays: &[Ray], expected: &[Vec<Hit>]) {
+    let name = own.kind().name();
+    assert_eq!(beside.check(), own.check(), "{name}");
+    let (image, own_image) = (beside.image(), own.image());
+    assert_eq!(image.words(), own_image.words(), "{name}");
+    assert_eq!(image.nodes(), own_image.nodes(), "{name}");
+    for (ray, expected) in rays.iter().zip(expected) {
+        answers_equal(beside, ray, expected);
+        assert_eq!(counts(beside, ray), counts(own, ray), "{name} {ray:?}");
+    }
+    many_equal_one_by_one(beside, rays, expected);
 }
 
 /// All hits of a ray by `(t, id)`, from testing every triangle.

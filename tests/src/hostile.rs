@@ -3,7 +3,7 @@
 //! `from_bytes` may refuse them. If it does not, every query must end, stay inside, and do no more
 //! work than there are words in the image.
 
-use arboleda::{Counters, Hit, IndexKind, Options, Ray, RayIndex};
+use arboleda::{AnyIndex, Counters, Hit, IndexKind, Mesh, Options, Ray, RayIndex};
 
 use crate::build::Built;
 
@@ -13,12 +13,24 @@ use crate::build::Built;
 /// # Panics
 /// If something panics or does more work than the length of the image allows.
 pub fn is_harmless(bytes: &Built, rays: &[Ray]) -> usize {
+    is_harmless_beside(bytes, None, rays)
+}
+
+/// As [`is_harmless`], for bytes that may lie beside a mesh.
+///
+/// # Panics
+/// As there.
+pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -> usize {
     let bytes = bytes.bytes();
     // Each node and each reference takes a word at least; nodes of the cluster tree take nine.
     let most = bytes.len() as u64 / 4;
     let mut accepted = 0;
     for &kind in IndexKind::ALL {
-        let Ok(index) = kind.from_bytes(bytes) else {
+        let index = match mesh {
+            None => kind.from_bytes(bytes),
+            Some(mesh) => kind.from_bytes_beside(bytes, mesh),
+        };
+        let Ok(index) = index else {
             continue;
         };
         accepted += 1;
@@ -50,7 +62,18 @@ fn assert_bounded(kind: IndexKind, counters: &Counters, most: u64) {
 /// # Panics
 /// If `valid` is not an image of one cluster.
 pub fn with_words(valid: &Built, words: &[u32]) -> Built {
-    let index = valid.index();
+    forged(valid, &valid.index(), words)
+}
+
+/// As [`with_words`], of an image beside a mesh.
+///
+/// # Panics
+/// As there.
+pub fn with_words_beside(valid: &Built, mesh: Mesh<'_>, words: &[u32]) -> Built {
+    forged(valid, &valid.index_beside(mesh), words)
+}
+
+fn forged(valid: &Built, index: &AnyIndex<'_>, words: &[u32]) -> Built {
     let image = index.image();
     assert_eq!(image.cluster_count(), 1, "the forger knows one cluster only");
     let word_count = image.local_words(&image.nodes()[0]).len();

@@ -184,6 +184,19 @@ pub fn icosphere(subdivisions: usize) -> Vec<Triangle> {
     faces.iter().map(|&[a, b, c]| Triangle::new(at(a), at(b), at(c))).collect()
 }
 
+/// The vertices of some triangles, each once, and which are a triangle's corners.
+pub fn welded(triangles: &[Triangle]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let (mut vertices, mut places) = (Vec::new(), HashMap::new());
+    let mut place = |vertex: Vec3| {
+        *places.entry(vertex.to_array().map(f32::to_bits)).or_insert_with(|| {
+            vertices.push(vertex);
+            vertices.len() as u32 - 1
+        })
+    };
+    let corners = triangles.iter().map(|t| [t.a, t.b, t.c].map(&mut place)).collect();
+    (vertices, corners)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,7 +6,7 @@
 //! never, and they are the same for every kind.
 
 use arboleda::{
-    CompactOctree, Counters, Executor, Hit, Index, IndexKind, Options, Ray, RayIndex,
+    CompactOctree, Counters, Executor, Hit, Index, IndexKind, LeanOctree, Options, Ray, RayIndex,
     Representation, Scene, Triangle, Vec3, Vectors, WideOctree,
 };
 use arboleda_tests::build::Built;
@@ -35,6 +35,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("wide-octree-hierarchy", 0xd120_7ad7_47d9_2a36),
     ("compact-octree", 0x3065_8c6f_e89c_c8f2),
     ("compact-octree-hierarchy", 0x14d5_b28a_50cd_f184),
+    ("lean-octree", 0x4368_b4e4_8c80_e9eb),
+    ("lean-octree-hierarchy", 0xa042_b7b9_715a_2086),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
@@ -111,6 +113,7 @@ fn executors_change_nothing() {
         IndexKind::WideOctree,
         IndexKind::WideOctreeHierarchy,
         IndexKind::CompactOctree,
+        IndexKind::LeanOctree,
         IndexKind::BvhHierarchy,
     ] {
         let one = Built::new(kind, &scene, &options).expect("an ordinary scene");
@@ -128,6 +131,7 @@ fn vector_instructions_change_nothing() {
     let hard_rays = hard_rays(&triangles);
     same_with_and_without::<WideOctree>(IndexKind::WideOctree, &triangles, &hard_rays);
     same_with_and_without::<CompactOctree>(IndexKind::CompactOctree, &triangles, &hard_rays);
+    same_with_and_without::<LeanOctree>(IndexKind::LeanOctree, &triangles, &hard_rays);
 }
 
 fn same_with_and_without<R: Representation>(kind: IndexKind, triangles: &[Triangle], rays: &[Ray]) {

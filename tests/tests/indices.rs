@@ -1,7 +1,7 @@
 //! Every index gives the answers of testing every triangle, bit for bit, in exactly the memory it
 //! asks for: on random scenes, and on each kind of scene that is likely to break something.
 
-use arboleda::{BuildError, IndexKind, Level, Options, Ray, Scene, Triangle, Vec3};
+use arboleda::{BuildError, IndexKind, Level, MeshError, Options, Ray, Scene, Triangle, Vec3};
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::every_index_equals_linear;
 use arboleda_tests::random::Random;
@@ -183,7 +183,7 @@ fn a_number_that_is_not_finite_is_refused_by_id() {
                             corner[coordinate % 3] = value;
                         }
                     }
-                    let expected = BuildError::NonFiniteVertex { triangle: place as u32 };
+                    let expected = MeshError::NonFiniteVertex { triangle: place as u32 }.into();
                     assert_eq!(scratch_free(kind, &triangles), Err(expected), "{}", kind.name());
                 }
             }

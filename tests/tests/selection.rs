@@ -1,7 +1,7 @@
 //! The automatic selection of an index: what it chooses, that memory limits it, and that it is the same everywhere.
 
 use arboleda::auto::{Expectation, Selection, select};
-use arboleda::{Block, BuildError, IndexKind, Options, RayIndex, Scene, Triangle, Vec3};
+use arboleda::{Block, BuildError, IndexKind, MeshError, Options, RayIndex, Scene, Triangle, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::{rays, scenes};
 
@@ -150,7 +150,7 @@ fn extreme_scenes_are_no_trouble() {
     }
     let nan = [Triangle::new(Vec3::NAN, Vec3::X, Vec3::Y)];
     let error = select_within(ROOM, &nan, IndexKind::ALL, &[]).unwrap_err();
-    assert_eq!(error, BuildError::NonFiniteVertex { triangle: 0 });
+    assert_eq!(error, BuildError::Mesh(MeshError::NonFiniteVertex { triangle: 0 }));
 }
 
 #[test]

@@ -22,8 +22,8 @@ use crate::geometry::{Aabb, Ray, Triangle};
 const ONE_OF: u32 = 3;
 
 /// Shows about `count` rays for some triangles; none for no triangles. Cost: three times through the triangles.
-pub(super) fn for_each_ray<'t>(
-    triangles: impl Iterator<Item = &'t Triangle> + Clone,
+pub(super) fn for_each_ray(
+    triangles: impl Iterator<Item = Triangle> + Clone,
     count: u32,
     mut show: impl FnMut(&Ray),
 ) {
@@ -49,12 +49,12 @@ pub(super) fn for_each_ray<'t>(
         show_from_outside(at, inwards + on_sphere(z, turn));
     }
     // 2. Light that reaches triangles, evenly by area.
-    let whole: f64 = triangles.clone().map(area).sum();
+    let whole: f64 = triangles.clone().map(|triangle| area(&triangle)).sum();
     let step = whole / f64::from(arriving);
     let mut next = 0.5 * step;
     let mut sum = 0.0;
     for triangle in triangles {
-        sum += area(triangle);
+        sum += area(&triangle);
         while step > 0.0 && next < sum {
             next += step;
             let [_, u, v, z, turn] = points.next();

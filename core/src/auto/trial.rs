@@ -40,8 +40,8 @@ pub(crate) struct Trial<'s> {
 
 impl<'s> Trial<'s> {
     /// Fills `room` with rays for some triangles; `find` finds the closest hit of each.
-    pub fn new<'t>(
-        triangles: impl Iterator<Item = &'t Triangle> + Clone,
+    pub fn new(
+        triangles: impl Iterator<Item = Triangle> + Clone,
         bounds: &Aabb,
         room: &'s mut [Tried],
         mut find: impl FnMut(&RaySpan, Span, &mut Closest<'_, ()>),

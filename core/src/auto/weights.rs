@@ -40,6 +40,8 @@ const TABLE: &[(IndexKind, Weights)] = &[
     (IndexKind::WideOctreeHierarchy, Weights { ray: 11.5, node: 22.3, test: 8.7 }), // +-14%
     (IndexKind::CompactOctree, Weights { ray: 11.5, node: 25.6, test: 10.0 }), // by hand
     (IndexKind::CompactOctreeHierarchy, Weights { ray: 11.5, node: 25.6, test: 10.0 }), // by hand
+    (IndexKind::LeanOctree, Weights { ray: 11.5, node: 25.6, test: 11.0 }), // by hand
+    (IndexKind::LeanOctreeHierarchy, Weights { ray: 11.5, node: 25.6, test: 11.0 }), // by hand
 ];
 
 /// For an index that was never measured: such that it is not preferred for that.

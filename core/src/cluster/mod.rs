@@ -17,9 +17,9 @@ mod proximity;
 mod size_class;
 mod tree;
 
-use crate::geometry::{Aabb, Triangle};
+use crate::geometry::Aabb;
 use crate::memory::{Arena, size_of_slice};
-use crate::{BuildError, Options, Scene};
+use crate::{BuildError, Mesh, Options, Scene};
 
 pub(crate) use tree::join;
 
@@ -74,9 +74,9 @@ impl Clusters<'_> {
 }
 
 /// The smallest box around some triangles.
-pub(crate) fn bounds_of(triangles: &[Triangle], ids: &[u32]) -> Aabb {
+pub(crate) fn bounds_of(triangles: Mesh<'_>, ids: &[u32]) -> Aabb {
     ids.iter()
-        .filter_map(|&id| triangles.get(id as usize))
+        .filter_map(|&id| triangles.get(id))
         .fold(Aabb::EMPTY, |bounds, triangle| bounds.union(triangle.bounds()))
 }
 

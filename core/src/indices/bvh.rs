@@ -20,7 +20,7 @@ use super::bvh_insertion;
 use super::near_first::walk_near_first;
 use super::{Group, Local, LocalIndex, Statistics};
 use crate::auto::surface;
-use crate::geometry::{Aabb, RaySpan, Span, Triangle};
+use crate::geometry::{Aabb, RaySpan, Span};
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
 use crate::{BuildError, BvhBuild, Level, Options, Vec3};
@@ -202,7 +202,7 @@ struct Split {
 
 impl Builder<'_, '_> {
     fn bounds_of(&self, id: u32) -> Aabb {
-        self.group.triangles.get(id as usize).map_or(Aabb::EMPTY, Triangle::bounds)
+        self.group.triangles.get(id).map_or(Aabb::EMPTY, |triangle| triangle.bounds())
     }
 
     /// Appends the node of some triangles and returns the link to it. `other` is as long as `ids`.

@@ -60,7 +60,7 @@ pub(super) fn build(
     let mut place = 0;
     for _ in 0..count {
         let id = *group.ids.get(place as usize)?;
-        let bounds = group.triangles.get(id as usize)?.bounds();
+        let bounds = group.triangles.get(id)?.bounds();
         tree.insert(place as u32, bounds, options)?;
         place = (place + step) % count.max(1) as u64;
     }

@@ -137,8 +137,8 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
     pub fn mark(&mut self, list: List, mut parts_of: impl FnMut(&Triangle) -> u8) -> u8 {
         let mut all = 0;
         for at in list.from..list.to {
-            let id = self.lists.ids.get(at).copied().unwrap_or(0) as usize;
-            let parts = self.group.triangles.get(id).map_or(0, &mut parts_of);
+            let id = self.lists.ids.get(at).copied().unwrap_or(0);
+            let parts = self.group.triangles.get(id).map_or(0, |triangle| parts_of(&triangle));
             all |= parts;
             if let Some(slot) = self.lists.parts.get_mut(at) {
                 *slot = parts;

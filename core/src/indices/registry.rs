@@ -1,7 +1,7 @@
 //! The list of all indices: one line each.
 
 use super::{
-    BspTree, Bvh, Clustered, CompactOctree, KdTree, Linear, Octree, OctreeR, Structure,
+    BspTree, Bvh, Clustered, CompactOctree, KdTree, LeanOctree, Linear, Octree, OctreeR, Structure,
     UniformGrid, WideOctree,
 };
 use crate::auto::CostModel;
@@ -9,7 +9,7 @@ use crate::index::{Capacity, Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
 use crate::{
-    BuildError, Executor, ImageError, Options, Ray, Scene, Sequential, indices::Statistics,
+    BuildError, Executor, ImageError, Mesh, Options, Ray, Scene, Sequential, indices::Statistics,
 };
 
 registry! {
@@ -47,6 +47,10 @@ registry! {
     CompactOctree = CompactOctree,
     /// A compact octree for each cluster.
     CompactOctreeHierarchy = Clustered<CompactOctree>,
+    /// One lean octree over everything.
+    LeanOctree = LeanOctree,
+    /// A lean octree for each cluster.
+    LeanOctreeHierarchy = Clustered<LeanOctree>,
 }
 
 macro_rules! registry {
@@ -65,6 +69,15 @@ macro_rules! registry {
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => <$representation as Representation>::NAME,)*
+                }
+            }
+
+            /// Whether it holds the triangles in a form of its own, and cannot lie [beside](Scene::beside) them.
+            pub const fn holds_triangles(self) -> bool {
+                match self {
+                    $(Self::$variant => {
+                        <<$representation as Representation>::Structure as Structure>::HOLDS_TRIANGLES
+                    })*
                 }
             }
 
@@ -131,7 +144,7 @@ macro_rules! registry {
             /// As there.
             pub fn build<'a>(
                 self,
-                scene: &Scene<'_>,
+                scene: &Scene<'a>,
                 options: &Options,
                 arena: &'a mut [u8],
                 scratch: &mut [u8],
@@ -145,7 +158,7 @@ macro_rules! registry {
             /// As there.
             pub fn build_with<'a>(
                 self,
-                scene: &Scene<'_>,
+                scene: &Scene<'a>,
                 options: &Options,
                 arena: &'a mut [u8],
                 scratch: &mut [u8],
@@ -166,6 +179,22 @@ macro_rules! registry {
             pub fn from_bytes(self, bytes: &[u8]) -> Result<AnyIndex<'_>, ImageError> {
                 match self {
                     $(Self::$variant => Index::from_bytes(bytes).map(AnyIndex::$variant),)*
+                }
+            }
+
+            /// See [`Index::from_bytes_beside`].
+            ///
+            /// # Errors
+            /// As there.
+            pub fn from_bytes_beside<'a>(
+                self,
+                bytes: &'a [u8],
+                mesh: Mesh<'a>,
+            ) -> Result<AnyIndex<'a>, ImageError> {
+                match self {
+                    $(Self::$variant => {
+                        Index::from_bytes_beside(bytes, mesh).map(AnyIndex::$variant)
+                    })*
                 }
             }
         }

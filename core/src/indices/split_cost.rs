@@ -31,7 +31,7 @@ pub(super) fn best_split(axis: &Axis<'_>, model: &CostModel) -> Option<Split> {
     let Axis { number, cell, group, ids } = *axis;
     let (cell_lo, cell_hi) = (*cell.lo.get(number)?, *cell.hi.get(number)?);
     let extents = || {
-        ids.iter().filter_map(|&id| group.triangles.get(id as usize)).map(|triangle| {
+        ids.iter().filter_map(|&id| group.triangles.get(id)).map(|triangle| {
             let bounds = triangle.bounds();
             let (lo, hi) = match number {
                 0 => (bounds.lo.x, bounds.hi.x),

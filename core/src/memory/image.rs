@@ -6,13 +6,14 @@
 //! Each section starts at a multiple of 64 bytes; bytes between are zero. The first `cluster_count`
 //! nodes of the cluster tree are its leaves, in cluster order; an inner node comes after its children;
 //! the root is last. The words hold one local index per cluster, one after the other, or one index over
-//! all clusters, which then belongs to the first. A kind whose words hold the triangles (bit 17 of the
-//! kind) has no section of them.
+//! all clusters, which then belongs to the first. There is no section of triangles where the words hold
+//! them (bit 17 of the kind), or where the index lies beside a mesh that the caller keeps (bit 18). Of such
+//! a mesh the header has a fingerprint.
 //!
 //! Values are in the byte order of the machine that wrote them; another one refuses the image.
 //!
 //! # What validation guarantees
-//! Lengths fit; every link of the cluster tree goes to an earlier node and is answered by that
+//! Lengths fit; a mesh is the one that the image was built beside; every link of the cluster tree goes to an earlier node and is answered by that
 //! node's parent link, so the nodes form one tree; each local index is checked by its own kind.
 //! After that every walk ends and stays inside, whatever the bytes were. Whether the boxes really
 //! hold the triangles is not proven: bytes made up by someone can give wrong answers, not harm.
@@ -21,7 +22,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::arena::{ALIGNMENT, padded};
 use crate::scene::MOST_TRIANGLES;
-use crate::{Aabb, ImageError, Triangle};
+use crate::{Aabb, ImageError, Mesh, Triangle};
 
 /// A node of the cluster tree.
 ///
@@ -52,6 +53,8 @@ const BYTE_ORDER: u32 = 0x0102_0304;
 const VERSION: u32 = 1;
 /// In a kind: there is no section of triangles.
 pub(crate) const WORDS_HOLD_TRIANGLES: u32 = 1 << 17;
+/// In a kind: the triangles are those of a mesh beside the image.
+pub(crate) const MESH_BESIDE: u32 = 1 << 18;
 
 /// The first 64 bytes of an image.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -64,7 +67,9 @@ struct Header {
     triangle_count: u32,
     cluster_count: u32,
     word_count: u32,
-    zero: [u32; 9],
+    /// Of the mesh beside, the lower half first; else 0.
+    fingerprint: [u32; 2],
+    zero: [u32; 7],
 }
 
 /// Where the sections of an image lie.
@@ -79,7 +84,8 @@ pub(crate) struct Layout {
 
 impl Layout {
     pub const fn new(kind: u32, triangle_count: usize, cluster_count: usize) -> Self {
-        let triangle_count = if kind & WORDS_HOLD_TRIANGLES == 0 { triangle_count } else { 0 };
+        let elsewhere = kind & (WORDS_HOLD_TRIANGLES | MESH_BESIDE) != 0;
+        let triangle_count = if elsewhere { 0 } else { triangle_count };
         let triangles = size_of::<Header>();
         let node_count = (2 * cluster_count).saturating_sub(1);
         let nodes =
@@ -93,7 +99,7 @@ impl Layout {
     pub fn split<'b>(
         &self,
         bytes: &'b mut [u8],
-    ) -> (&'b mut [u8], &'b mut [u8], &'b mut [ClusterNode]) {
+    ) -> (&'b mut [u8], &'b mut [Triangle], &'b mut [ClusterNode]) {
         bytes.fill(0);
         let node_bytes = self.node_count.saturating_mul(size_of::<ClusterNode>());
         let triangle_bytes = self.triangle_count.saturating_mul(size_of::<Triangle>());
@@ -101,6 +107,7 @@ impl Layout {
         let (header, triangles) = front.split_at_mut_checked(self.triangles).unwrap_or_default();
         let triangles = triangles.get_mut(..triangle_bytes).unwrap_or_default();
         let nodes = nodes.get_mut(..node_bytes).unwrap_or_default();
+        let triangles = bytemuck::try_cast_slice_mut(triangles).unwrap_or_default();
         (header, triangles, bytemuck::try_cast_slice_mut(nodes).unwrap_or_default())
     }
 
@@ -117,6 +124,7 @@ pub(crate) fn encode_header(
     triangles: u32,
     clusters: u32,
     words: u32,
+    fingerprint: u64,
 ) {
     let header = Header {
         magic: MAGIC,
@@ -126,11 +134,17 @@ pub(crate) fn encode_header(
         triangle_count: triangles,
         cluster_count: clusters,
         word_count: words,
-        zero: [0; 9],
+        fingerprint: halves(fingerprint),
+        zero: [0; 7],
     };
     for (to, from) in bytes.iter_mut().zip(bytemuck::bytes_of(&header)) {
         *to = *from;
     }
+}
+
+/// Two words, the same ones on every machine.
+const fn halves(fingerprint: u64) -> [u32; 2] {
+    [fingerprint as u32, (fingerprint >> 32) as u32]
 }
 
 /// A finished index as it lies in memory.
@@ -140,22 +154,25 @@ pub struct Image<'a> {
     kind: u32,
     triangle_count: u32,
     cluster_count: u32,
-    triangles: &'a [Triangle],
+    /// Of the section, or of the mesh beside.
+    triangles: Mesh<'a>,
+    fingerprint: [u32; 2],
     nodes: &'a [ClusterNode],
     words: &'a [u32],
 }
 
 impl<'a> Image<'a> {
-    /// Reads the sections and checks the cluster tree; the local indices are their kind's affair.
-    /// Bytes after the image are left alone.
-    pub(crate) fn parse(bytes: &'a [u8]) -> Result<Self, ImageError> {
-        let image = Self::view(bytes)?;
+    /// Reads the sections and checks the triangles and the cluster tree; the local indices are their
+    /// kind's affair. Bytes after the image are left alone.
+    pub(crate) fn parse(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, ImageError> {
+        let image = Self::view(bytes, mesh)?;
+        image.check_triangles()?;
         image.check_tree()?;
         Ok(image)
     }
 
     /// Finds the sections; enough for bytes just built.
-    pub(crate) fn view(bytes: &'a [u8]) -> Result<Self, ImageError> {
+    pub(crate) fn view(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, ImageError> {
         if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
             return Err(ImageError::Misaligned);
         }
@@ -174,30 +191,54 @@ impl<'a> Image<'a> {
             return Err(ImageError::OtherVersion { found: header.version });
         }
         let (triangles, clusters) = (header.triangle_count as usize, header.cluster_count as usize);
-        let counts_fit = triangles <= MOST_TRIANGLES
+        let is_beside = header.kind & MESH_BESIDE != 0;
+        let is_sound = triangles <= MOST_TRIANGLES
             && clusters <= triangles
             && (clusters == 0) == (triangles == 0)
-            && header.zero == [0; 9];
-        if !counts_fit {
+            && (is_beside || header.fingerprint == [0; 2])
+            && !(is_beside && header.kind & WORDS_HOLD_TRIANGLES != 0)
+            && header.zero == [0; 7];
+        if !is_sound {
             return Err(ImageError::Malformed { part: "header", at: 0 });
+        }
+        match mesh {
+            None if is_beside => return Err(ImageError::MeshMissing),
+            Some(_) if !is_beside => return Err(ImageError::HasTriangles),
+            Some(mesh) if mesh.len() != triangles => {
+                let (expected, found) = (header.triangle_count, mesh.len());
+                return Err(ImageError::OtherMeshLength { expected, found });
+            }
+            _ => {}
         }
         let layout = Layout::new(header.kind, triangles, clusters);
         let total = layout.total(header.word_count as usize);
+        let section_of_triangles = section(bytes, layout.triangles, layout.triangle_count)?;
         Ok(Self {
             bytes: bytes.get(..total).ok_or(ImageError::Truncated)?,
             kind: header.kind,
             triangle_count: header.triangle_count,
             cluster_count: header.cluster_count,
-            triangles: section(bytes, layout.triangles, layout.triangle_count)?,
+            triangles: mesh.unwrap_or(Mesh::Triangles(section_of_triangles)),
+            fingerprint: header.fingerprint,
             nodes: section(bytes, layout.nodes, layout.node_count)?,
             words: section(bytes, layout.words, header.word_count as usize)?,
         })
     }
 
-    fn check_tree(&self) -> Result<(), ImageError> {
-        if let Some(at) = self.triangles.iter().position(|triangle| !triangle.is_finite()) {
-            return Err(ImageError::Malformed { part: "triangle", at: at as u32 });
+    /// The triangles are finite and, beside a mesh, those of the build.
+    fn check_triangles(&self) -> Result<(), ImageError> {
+        if self.kind & MESH_BESIDE != 0 {
+            self.triangles.check().map_err(ImageError::Mesh)?;
+            let same = halves(self.triangles.fingerprint()) == self.fingerprint;
+            return if same { Ok(()) } else { Err(ImageError::OtherMesh) };
         }
+        match self.triangles.iter().position(|triangle| !triangle.is_finite()) {
+            Some(at) => Err(ImageError::Malformed { part: "triangle", at: at as u32 }),
+            None => Ok(()),
+        }
+    }
+
+    fn check_tree(&self) -> Result<(), ImageError> {
         let mut next_word = 0;
         for (at, node) in self.nodes.iter().enumerate() {
             let malformed = Err(ImageError::Malformed { part: "cluster node", at: at as u32 });
@@ -252,7 +293,8 @@ impl<'a> Image<'a> {
         self.bytes
     }
 
-    /// Which representation it holds.
+    /// Which representation it holds; see [`crate::Representation::KIND`]. Bit 18 tells that it lies beside
+    /// a mesh.
     pub fn kind(&self) -> u32 {
         self.kind
     }
@@ -267,8 +309,9 @@ impl<'a> Image<'a> {
         self.words
     }
 
-    /// The triangles, by id; empty if the words hold them.
-    pub fn triangles(&self) -> &'a [Triangle] {
+    /// The triangles, by id: its own, or the mesh beside; empty if the words hold them.
+    #[inline]
+    pub fn triangles(&self) -> Mesh<'a> {
         self.triangles
     }
 

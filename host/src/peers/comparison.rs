@@ -2,10 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use arboleda::{BuildError, IndexKind, Options};
+use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene};
 
 use super::agreement::Disagreements;
 use super::contender::{Built, Contender, Peer};
+use super::mesh::Mesh;
 use super::ours;
 use super::ring::{Answers, Mode, answer, time};
 use super::workload::{Workload, leak_rays};
@@ -129,8 +130,11 @@ pub fn compare(
     // 1. Build ours and, each by its best setting, the others.
     let scene = model.scene();
     let triangle_count = model.triangles.len();
+    let mesh = Mesh::welded(&model.triangles);
+    let beside = Scene::of(mesh.kept()).beside();
     let build = |&kind: &IndexKind| {
-        let build = || OwnedIndex::build(kind, &scene, &Options::default());
+        let scene = if ours::is_beside(kind) { &beside } else { &scene };
+        let build = || OwnedIndex::build(kind, scene, &Options::default());
         let built = tune::fastest_build(triangle_count, build, OwnedIndex::build_seconds);
         progress();
         built
@@ -144,7 +148,7 @@ pub fn compare(
         apart = OwnedIndex::build(JUDGE, &scene, &Options::default())?;
         &apart
     };
-    let judge = judge.index();
+    let judge = read(judge, &mesh);
     let workload = Workload::new(model, judge.as_ray_index(), options.ray_count, options.seed);
     let mut entrants = Vec::new();
     let mut absent = Vec::new();
@@ -169,7 +173,7 @@ pub fn compare(
         progress();
     }
     for index in &owned {
-        let ours = ours::contender(index.index());
+        let ours = ours::contender(read(index, &mesh));
         entrants.push(entrant(
             ours::name(index.kind()),
             true,
@@ -218,6 +222,11 @@ pub fn compare(
         }
     }
     Ok(Comparison { scene: model.name.clone(), triangle_count, rows, absent })
+}
+
+/// An index of ours, beside the mesh if it was built so.
+fn read<'a>(index: &'a OwnedIndex, mesh: &'a Mesh) -> AnyIndex<'a> {
+    if ours::is_beside(index.kind()) { index.index_beside(mesh.kept()) } else { index.index() }
 }
 
 /// A library that panics is absent.

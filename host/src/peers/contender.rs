@@ -23,7 +23,7 @@ pub(super) fn found(triangle: u32, t: f32) -> Hit {
 /// as the slices of rays.
 pub trait Contender {
     /// The bytes that it holds while it answers, its copy of the triangles included, where it can
-    /// be found out.
+    /// be found out. The application's mesh is not its own.
     fn bytes(&self) -> Option<usize>;
 
     /// The closest hit of each ray, one ray at a time.

@@ -22,6 +22,7 @@ mod embree;
 mod error;
 mod grid;
 pub mod growth;
+mod mesh;
 mod moller_trumbore;
 mod obvhs_index;
 mod ours;

@@ -12,6 +12,12 @@ pub fn name(kind: IndexKind) -> &'static str {
     }
 }
 
+/// Whether an index of ours is looked at as it is meant to be used: beside an indexed mesh that the application
+/// keeps, and without a copy of the triangles.
+pub(super) fn is_beside(kind: IndexKind) -> bool {
+    matches!(kind, IndexKind::LeanOctree | IndexKind::LeanOctreeHierarchy)
+}
+
 /// An index of ours whose kind is known where the loops are compiled, as the others' is.
 struct Ours<I>(I);
 
@@ -32,6 +38,8 @@ pub fn contender(index: AnyIndex<'_>) -> Box<dyn Contender + '_> {
         AnyIndex::WideOctreeHierarchy(index) => direct(index),
         AnyIndex::CompactOctree(index) => direct(index),
         AnyIndex::CompactOctreeHierarchy(index) => direct(index),
+        AnyIndex::LeanOctree(index) => direct(index),
+        AnyIndex::LeanOctreeHierarchy(index) => direct(index),
         other => Box::new(Ours(other)),
     }
 }

@@ -6,12 +6,12 @@
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
-    __m128i, __m256, __m256i, _mm256_add_ps, _mm256_blendv_ps, _mm256_castsi256_ps,
+    __m128i, __m256, __m256i, _mm_or_si128, _mm256_add_ps, _mm256_blendv_ps, _mm256_castsi256_ps,
     _mm256_cvtepi32_ps, _mm256_cvtepu16_epi32, _mm256_mul_ps, _mm256_permutevar8x32_ps,
     _mm256_set1_epi32, _mm256_set1_ps, _mm256_slli_epi32, _mm256_srlv_epi32,
 };
 
-use super::lanes::Unpack;
+use super::lanes::{LANES_FROM, Unpack};
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
 use crate::indices::wide_octree::avx2::{Avx2, meet_planes};
 use crate::indices::wide_octree::lanes::LaneRay;
@@ -29,6 +29,18 @@ impl Unpack for Avx2 {
         // SAFETY: see `meet_node`.
         unsafe { unpack(block) }
     }
+
+    #[inline(always)]
+    fn first(keys: __m128i, count: usize) -> __m128i {
+        // SAFETY: see `meet_node`.
+        unsafe { first(keys, count) }
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn first(keys: __m128i, count: usize) -> __m128i {
+    _mm_or_si128(keys, bytemuck::must_cast(LANES_FROM[count.min(LANES)]))
 }
 
 /// Eight numbers of 16 bits as floats.

@@ -1,8 +1,8 @@
 //! Unpacking, eight at once; what is unpacked is tested as in the wide octree.
 
 use super::{BLOCK_HEAD, BLOCK_WORDS, Block, Node, corner_at, vertex_count};
-use crate::indices::wide_octree::Leaf;
-use crate::indices::wide_octree::lanes::{Eight, LaneRay, Lanes, Portable, meet_planes};
+use crate::indices::wide_octree::lanes::{Eight, FAR, LaneRay, Lanes, Portable, meet_planes};
+use crate::indices::wide_octree::{LANES, Leaf};
 
 /// Lanes that can read nodes and blocks.
 pub(super) trait Unpack: Lanes {
@@ -11,7 +11,25 @@ pub(super) trait Unpack: Lanes {
 
     /// The corners of a block's triangles; of unused lanes, anything. No ids.
     fn unpack(block: &Block) -> Leaf;
+
+    /// The keys of the first lanes, `FAR` in the others.
+    fn first(keys: Self::Keys, count: usize) -> Self::Keys;
 }
+
+/// With all bits set in lanes from a count on.
+pub(super) const LANES_FROM: [[u16; LANES]; LANES + 1] = {
+    let mut masks = [[FAR; LANES]; LANES + 1];
+    let mut count = 0;
+    while count <= LANES {
+        let mut lane = 0;
+        while lane < count {
+            masks[count][lane] = 0;
+            lane += 1;
+        }
+        count += 1;
+    }
+    masks
+};
 
 impl Unpack for Portable {
     #[inline(always)]
@@ -35,5 +53,11 @@ impl Unpack for Portable {
             }
         }
         leaf
+    }
+
+    #[inline(always)]
+    fn first(keys: Self::Keys, count: usize) -> Self::Keys {
+        let beyond = LANES_FROM[count.min(LANES)];
+        core::array::from_fn(|lane| keys[lane] | beyond[lane])
     }
 }

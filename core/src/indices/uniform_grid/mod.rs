@@ -41,11 +41,9 @@ fn cell_count([x, y, z]: [u32; 3]) -> usize {
 }
 
 /// The triangles of a group with their ids, ascending.
-fn triangles_of<'a>(
-    group: &Group<'a>,
-) -> impl Iterator<Item = (u32, &'a Triangle)> + Clone + use<'a> {
+fn triangles_of<'a>(group: &Group<'a>) -> impl Iterator<Item = (u32, Triangle)> + Clone + use<'a> {
     let Group { triangles, ids, .. } = *group;
-    ids.iter().filter_map(|&id| Some((id, triangles.get(id as usize)?)))
+    ids.iter().filter_map(move |&id| Some((id, triangles.get(id)?)))
 }
 
 struct Grid<'g> {
@@ -85,7 +83,7 @@ impl<'g> Grid<'g> {
     fn count(&self, counts: &mut [u32]) {
         counts.fill(0);
         for (_, triangle) in triangles_of(self.group) {
-            self.for_each_cell(triangle, |cell| {
+            self.for_each_cell(&triangle, |cell| {
                 if let Some(count) = counts.get_mut(cell) {
                     *count = count.saturating_add(1);
                 }
@@ -110,7 +108,7 @@ impl<'g> Grid<'g> {
         // 2. File the triangles; ascending in each cell, since they come ascending.
         let ids = words.reserve(sum as usize);
         for (id, triangle) in triangles_of(self.group) {
-            self.for_each_cell(triangle, |cell| {
+            self.for_each_cell(&triangle, |cell| {
                 if let Some(place) = next.get_mut(cell) {
                     words.set(ids + *place as usize, id);
                     *place += 1;

@@ -15,7 +15,7 @@ use super::divide::{Box4, Divider, Item, Place, larger};
 use super::{EMPTY, HEAD_ROWS, LANES, LEAF_ROWS, NO_ID, NODE_ROWS, ROW_MASK, Row, leaf_link};
 use crate::indices::Division;
 use crate::memory::{Arena, Words, size_of_slice};
-use crate::{BuildError, Executor, Triangle};
+use crate::{BuildError, Executor, Mesh};
 
 /// Between two items: which node divides them.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -199,7 +199,7 @@ impl<E: Executor> Sorter<'_, E> {
 
 /// The second pass.
 struct Writer<'b, E> {
-    triangles: &'b [Triangle],
+    triangles: Mesh<'b>,
     executor: &'b E,
 }
 
@@ -276,10 +276,7 @@ impl<E: Executor> Writer<'_, E> {
         let mut edge = 0.0;
         for lane in 0..LANES {
             let item = items.get(lane);
-            let triangle = item
-                .and_then(|item| self.triangles.get(item.id() as usize))
-                .copied()
-                .unwrap_or_default();
+            let triangle = item.and_then(|item| self.triangles.get(item.id())).unwrap_or_default();
             for side in [triangle.b - triangle.a, triangle.c - triangle.a] {
                 edge = side.to_array().into_iter().fold(edge, |all, x| larger(all, x.abs()));
             }

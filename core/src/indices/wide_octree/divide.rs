@@ -10,7 +10,7 @@ use glam::Vec4;
 use super::{BALANCED_FROM, LANES};
 use crate::cluster::{Clusters, MAX_TREE_DEPTH};
 use crate::memory::{ClusterNode, NodeId};
-use crate::{Aabb, Triangle, Vec3};
+use crate::{Aabb, Mesh, Triangle, Vec3};
 
 /// Bins an axis, and for fewer triangles than `FEW`: there, sweeping over the bins is most of the work. 8
 /// for all cost about 2% more steps, 32 were no better.
@@ -110,7 +110,7 @@ impl<'b> Divider<'b> {
     pub fn new(
         items: &mut [Item],
         counts: &'b mut [u32],
-        triangles: &[Triangle],
+        triangles: Mesh<'_>,
         clusters: &Clusters<'_>,
         nodes: &'b [ClusterNode],
     ) -> Self {
@@ -125,7 +125,7 @@ impl<'b> Divider<'b> {
         Place { join: self.join((self.nodes.len() as u32).saturating_sub(1)), depth: 0 }
     }
 
-    fn file(&self, items: &mut [Item], triangles: &[Triangle], clusters: &Clusters<'_>) {
+    fn file(&self, items: &mut [Item], triangles: Mesh<'_>, clusters: &Clusters<'_>) {
         let mut slots = items.iter_mut();
         let mut stack = heapless::Vec::<usize, { MAX_TREE_DEPTH + 1 }>::new();
         let mut next = self.nodes.len().checked_sub(1);
@@ -133,7 +133,7 @@ impl<'b> Divider<'b> {
             next = None;
             if at < clusters.count() {
                 for (&id, slot) in clusters.get(at).iter().zip(slots.by_ref()) {
-                    let triangle = triangles.get(id as usize).copied().unwrap_or_default();
+                    let triangle = triangles.get(id).unwrap_or_default();
                     *slot = Item::new(&triangle, id);
                 }
             } else if let Some(node) = self.nodes.get(at) {

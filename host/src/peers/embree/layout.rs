@@ -4,10 +4,7 @@
 //! of instancing the library was compiled with, and from 4.3 on as many again for arrays of instances.
 //! None is read here, so there is only room for them, more than enough for the usual single level.
 
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
-
-use arboleda::{Hit, Ray, Triangle, Vec3};
+use arboleda::{Hit, Ray};
 
 use crate::peers::contender::found;
 
@@ -210,28 +207,5 @@ impl Lanes {
     #[inline]
     pub(super) fn as_ptr(&self) -> *const i32 {
         self.0.as_ptr()
-    }
-}
-
-/// Corners, each once, and three of them for each triangle.
-pub(super) struct Mesh {
-    pub(super) corners: Vec<[f32; 3]>,
-    pub(super) triangles: Vec<[u32; 3]>,
-}
-
-impl Mesh {
-    /// Gives corners with the same bits one place.
-    pub(super) fn welded(triangles: &[Triangle]) -> Self {
-        let mut places: HashMap<[u32; 3], u32> = HashMap::new();
-        let mut corners = Vec::new();
-        let mut place = |corner: Vec3| match places.entry(corner.to_array().map(f32::to_bits)) {
-            Entry::Occupied(known) => *known.get(),
-            Entry::Vacant(new) => {
-                corners.push(corner.to_array());
-                *new.insert(corners.len() as u32 - 1)
-            }
-        };
-        let triangles = triangles.iter().map(|t| [place(t.a), place(t.b), place(t.c)]).collect();
-        Self { corners, triangles }
     }
 }

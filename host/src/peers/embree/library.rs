@@ -12,9 +12,10 @@ use std::sync::atomic::{AtomicIsize, Ordering};
 
 use libloading::Library;
 
-use super::layout::{Mesh, Packet, PacketRayHits, RayHit, SingleRay};
+use super::layout::{Packet, PacketRayHits, RayHit, SingleRay};
 use crate::peers::PeerError;
 use crate::peers::contender::refused;
+use crate::peers::mesh::Mesh;
 
 /// Where to look if `EMBREE4_LIBRARY` does not say.
 const USUAL_NAMES: [&str; 4] =

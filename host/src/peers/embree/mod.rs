@@ -20,10 +20,11 @@ use std::time::Instant;
 
 use arboleda::{Hit, Ray, Triangle};
 
-use self::layout::{Mesh, Packet, RayHit, SingleRay};
+use self::layout::{Packet, RayHit, SingleRay};
 use self::library::{Config, Quality, Robustness, Scene};
 use super::PeerError;
 use super::contender::{Batch, Built, Contender, Peer, Setting};
+use super::mesh::Mesh;
 
 /// One quality on AVX2 and on the best there is.
 macro_rules! both_isas {

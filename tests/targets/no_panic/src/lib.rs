@@ -19,8 +19,8 @@ use core::slice;
 
 use arboleda::geometry::{RaySpan, kernel, may_overlap};
 use arboleda::{
-    Aabb, AllHits, Block, Counters, Hit, IndexKind, Options, Ray, RayError, RayIndex, Scene,
-    Triangle, Vec3, auto, cluster, intersect,
+    Aabb, AllHits, AnyIndex, Block, Counters, Hit, ImageError, IndexKind, Mesh, Options, Ray,
+    RayError, RayIndex, Scene, Triangle, Vec3, auto, cluster, intersect,
 };
 
 unsafe extern "C" {
@@ -52,6 +52,7 @@ fn message(error: impl fmt::Display) -> usize {
 
 /// A slice from outside.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct Slice<T> {
     first: *mut T,
     count: usize,
@@ -82,11 +83,38 @@ impl RayNumbers {
     }
 }
 
+/// A mesh in either form, or none.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct MeshParts {
+    /// 0 for none, 1 for triangles, else by vertices and corners.
+    form: u32,
+    triangles: Slice<Triangle>,
+    vertices: Slice<Vec3>,
+    corners: Slice<[u32; 3]>,
+}
+
+impl MeshParts {
+    /// # Safety
+    /// As [`Slice::get`], for all.
+    unsafe fn get<'a>(self) -> Option<Mesh<'a>> {
+        // SAFETY: the caller's promise.
+        let (triangles, vertices, corners) =
+            unsafe { (self.triangles.get(), self.vertices.get(), self.corners.get()) };
+        match self.form {
+            0 => None,
+            1 => Some(Mesh::Triangles(triangles)),
+            _ => Some(Mesh::Indexed { vertices, corners }),
+        }
+    }
+}
+
 /// Everything that a build takes.
 #[repr(C)]
 pub struct Build {
     kind: usize,
-    triangles: Slice<Triangle>,
+    mesh: MeshParts,
+    is_beside: u32,
     objects: Slice<u32>,
     has_objects: u32,
     options: Options,
@@ -98,18 +126,29 @@ fn kind(number: usize) -> Option<IndexKind> {
     IndexKind::ALL.get(number).copied()
 }
 
+/// Reads an image of a kind, beside a mesh if there is one.
+fn read<'a>(
+    number: usize,
+    image: &'a [u8],
+    mesh: Option<Mesh<'a>>,
+) -> Option<Result<AnyIndex<'a>, ImageError>> {
+    let kind = kind(number)?;
+    Some(match mesh {
+        Some(mesh) => kind.from_bytes_beside(image, mesh),
+        None => kind.from_bytes(image),
+    })
+}
+
 /// The scene of a build.
 ///
 /// # Safety
-/// As [`Slice::get`], for both.
-unsafe fn scene<'a>(
-    triangles: Slice<Triangle>,
-    objects: Slice<u32>,
-    has_objects: u32,
-) -> Scene<'a> {
+/// As [`Slice::get`], for all.
+unsafe fn scene<'a>(input: &Build) -> Scene<'a> {
     // SAFETY: the caller's promise.
-    let (triangles, objects) = unsafe { (triangles.get(), objects.get()) };
-    if has_objects == 0 { Scene::new(triangles) } else { Scene::with_objects(triangles, objects) }
+    let (mesh, objects) = unsafe { (input.mesh.get(), input.objects.get()) };
+    let scene = Scene::of(mesh.unwrap_or(Mesh::EMPTY));
+    let scene = if input.has_objects == 0 { scene } else { scene.objects(objects) };
+    if input.is_beside == 0 { scene } else { scene.beside() }
 }
 
 /// Computes the capacity of an index, and builds it. What is returned depends on everything.
@@ -124,7 +163,7 @@ pub unsafe extern "C" fn prove_build(input: Build) -> usize {
     let options = input.options;
     // SAFETY: the caller's promise.
     let (scene, arena, scratch) = unsafe {
-        let scene = scene(input.triangles, input.objects, input.has_objects);
+        let scene = scene(&input);
         (scene, input.arena.get(), input.scratch.get())
     };
     let needed = kind.scratch_capacity(scene.triangles().len(), &options);
@@ -148,7 +187,7 @@ pub unsafe extern "C" fn prove_select(
     let options = input.options;
     // SAFETY: the caller's promise.
     let (scene, arena, scratch, kinds) = unsafe {
-        let scene = scene(input.triangles, input.objects, input.has_objects);
+        let scene = scene(&input);
         (scene, input.arena.get(), input.scratch.get(), kinds.get())
     };
     let ray = ray.ray().ok();
@@ -168,7 +207,7 @@ pub unsafe extern "C" fn prove_clusters(input: Build) -> usize {
     let options = input.options;
     // SAFETY: the caller's promise.
     let (scene, scratch) = unsafe {
-        let scene = scene(input.triangles, input.objects, input.has_objects);
+        let scene = scene(&input);
         (scene, input.scratch.get())
     };
     let clusters = match cluster::find(&scene, &options, scratch) {
@@ -186,10 +225,10 @@ pub unsafe extern "C" fn prove_clusters(input: Build) -> usize {
 /// # Safety
 /// As [`Slice::get`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>) -> u64 {
+pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>, mesh: MeshParts) -> u64 {
     // SAFETY: the caller's promise.
-    let bytes = unsafe { image.get() };
-    let index = match kind(number).map(|kind| kind.from_bytes(bytes)) {
+    let (bytes, mesh) = unsafe { (image.get(), mesh.get()) };
+    let index = match read(number, bytes, mesh) {
         Some(Ok(index)) => index,
         Some(Err(error)) => return message(error) as u64,
         None => return 0,
@@ -213,15 +252,15 @@ pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>) -> u64 {
 pub unsafe extern "C" fn prove_queries(
     number: usize,
     image: Slice<u8>,
+    mesh: MeshParts,
     ray: RayNumbers,
     hits: Slice<Hit>,
     closest: &mut Hit,
     counters: &mut Counters,
 ) -> usize {
     // SAFETY: the caller's promise.
-    let (image, hits) = unsafe { (image.get(), hits.get()) };
-    let (Some(Ok(index)), Ok(ray)) = (kind(number).map(|kind| kind.from_bytes(image)), ray.ray())
-    else {
+    let (image, mesh, hits) = unsafe { (image.get(), mesh.get(), hits.get()) };
+    let (Some(Ok(index)), Ok(ray)) = (read(number, image, mesh), ray.ray()) else {
         return 0;
     };
     let plain = index.closest_hit(&ray);
@@ -240,14 +279,15 @@ pub unsafe extern "C" fn prove_queries(
 pub unsafe extern "C" fn prove_many(
     number: usize,
     image: Slice<u8>,
+    mesh: MeshParts,
     rays: Slice<Ray>,
     hits: Slice<Hit>,
     occluded: Slice<bool>,
 ) -> usize {
     // SAFETY: the caller's promise.
-    let (image, rays, hits, occluded) =
-        unsafe { (image.get(), rays.get(), hits.get(), occluded.get()) };
-    let Some(Ok(index)) = kind(number).map(|kind| kind.from_bytes(image)) else {
+    let (image, mesh, rays, hits, occluded) =
+        unsafe { (image.get(), mesh.get(), rays.get(), hits.get(), occluded.get()) };
+    let Some(Ok(index)) = read(number, image, mesh) else {
         return 0;
     };
     index.closest_hits(rays, hits);
