@@ -15,10 +15,10 @@ use crate::{Triangle, Vec3};
 /// use arboleda::{Mesh, Triangle, Vec3};
 ///
 /// let square = Mesh::Indexed {
-///     vertices: &[Vec3::ZERO, Vec3::X, Vec3::ONE, Vec3::Y],
+///     vertices: &[Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y],
 ///     corners: &[[0, 1, 2], [0, 2, 3]],
 /// };
-/// assert_eq!(square.get(1), Some(Triangle::new(Vec3::ZERO, Vec3::ONE, Vec3::Y)));
+/// assert_eq!(square.get(1), Some(Triangle::new(Vec3::ZERO, Vec3::X + Vec3::Y, Vec3::Y)));
 /// assert_eq!(square.check(), Ok(()));
 /// ```
 #[derive(Clone, Copy, Debug)]

@@ -12,7 +12,7 @@ use crate::{BuildError, Mesh, Triangle};
 /// ```
 /// use arboleda::{Block, Index, LeanOctree, Mesh, Options, Ray, RayIndex, Scene, Vec3};
 ///
-/// let (vertices, corners) = ([Vec3::ZERO, Vec3::X, Vec3::ONE, Vec3::Y], [[0, 1, 2], [0, 2, 3]]);
+/// let (vertices, corners) = ([Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y], [[0, 1, 2], [0, 2, 3]]);
 /// let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
 /// let scene = Scene::of(mesh).beside();
 ///

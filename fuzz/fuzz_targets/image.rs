@@ -1,7 +1,8 @@
 //! Bytes that nobody built.
 //!
-//! Workload: a small valid image of any kind, some of whose bytes or words are replaced, or whose
-//! local index is replaced altogether. (Raw bytes alone would seldom get past the header.)
+//! Workload: a small valid image of any kind, with its triangles or beside them, some of whose bytes or
+//! words are replaced, or whose local index is replaced altogether. (Raw bytes alone would seldom get past
+//! the header.)
 //! Constraints: none on the bytes; whatever `from_bytes` accepts must be safe to query, with no more
 //! work than the image is long.
 #![no_main]
@@ -9,15 +10,16 @@
 use std::sync::LazyLock;
 
 use arbitrary::Arbitrary;
-use arboleda::{IndexKind, Options, Ray, Scene, Triangle};
+use arboleda::{IndexKind, Mesh, Options, Ray, Scene, Triangle};
 use arboleda_tests::build::Built;
-use arboleda_tests::hostile::{is_harmless, small_options, with_words};
+use arboleda_tests::hostile::{is_harmless_beside, small_options, with_words, with_words_beside};
 use arboleda_tests::{rays, scenes};
 use libfuzzer_sys::fuzz_target;
 
 #[derive(Arbitrary, Debug)]
 struct Damage {
     kind: u8,
+    is_beside: bool,
     /// Replaces the local index of an image of one cluster.
     words: Option<Vec<u16>>,
     /// Word and value; the highest bit of the value becomes that of the word.
@@ -44,11 +46,17 @@ fuzz_target!(|damage: Damage| {
     let kind = IndexKind::ALL[usize::from(damage.kind) % IndexKind::ALL.len()];
     let one_cluster = Options { proximity: 1e6, size_classes: 1, ..small_options() };
     let options = if damage.words.is_some() { one_cluster } else { small_options() };
-    let valid = Built::new(kind, &Scene::new(&TRIANGLES), &options).expect("an ordinary scene");
+    let mesh = (damage.is_beside && !kind.holds_triangles()).then_some(Mesh::Triangles(&TRIANGLES));
+    let scene = Scene::new(&TRIANGLES);
+    let scene = if mesh.is_some() { scene.beside() } else { scene };
+    let valid = Built::new(kind, &scene, &options).expect("an ordinary scene");
     let mut image = match &damage.words {
         Some(words) => {
             let words: Vec<u32> = words.iter().copied().map(widened).collect();
-            with_words(&valid, &words)
+            match mesh {
+                Some(mesh) => with_words_beside(&valid, mesh, &words),
+                None => with_words(&valid, &words),
+            }
         }
         None => valid,
     };
@@ -63,5 +71,5 @@ fuzz_target!(|damage: Damage| {
     if let Some(cut) = damage.length {
         image = Built::copied(kind, &image.bytes()[..usize::from(cut) % (length + 1)]);
     }
-    is_harmless(&image, &RAYS);
+    is_harmless_beside(&image, mesh, &RAYS);
 });
