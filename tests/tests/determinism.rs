@@ -35,8 +35,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("wide-octree-hierarchy", 0xd120_7ad7_47d9_2a36),
     ("compact-octree", 0x3065_8c6f_e89c_c8f2),
     ("compact-octree-hierarchy", 0x14d5_b28a_50cd_f184),
-    ("lean-octree", 0x4368_b4e4_8c80_e9eb),
-    ("lean-octree-hierarchy", 0xa042_b7b9_715a_2086),
+    ("lean-octree", 0x6633_f7ca_059f_6b03),
+    ("lean-octree-hierarchy", 0xe395_04f4_27be_5b1c),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots

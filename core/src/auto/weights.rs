@@ -20,29 +20,27 @@ pub struct Weights {
 /// on one quiet machine.
 ///
 /// AMD EPYC, with AVX2, rustc 1.95. By hand: the linear scan's one node is that of a
-/// kd-tree, because over thousands of tests it cannot be measured; and the nodes and tests of the compact and of
-/// the lean octree are those of the wide octree and 15% and 55% more, as they take so many more instructions for
-/// the same ones.
+/// kd-tree, because over thousands of tests it cannot be measured.
 const TABLE: &[(IndexKind, Weights)] = &[
-    (IndexKind::Linear, Weights { ray: 36.1, node: 34.1, test: 16.7 }), // +-11%
-    (IndexKind::Octree, Weights { ray: 35.7, node: 54.1, test: 25.5 }), // +-19%
-    (IndexKind::OctreeHierarchy, Weights { ray: 35.7, node: 54.1, test: 25.5 }), // +-19%
-    (IndexKind::OctreeR, Weights { ray: 34.9, node: 53.3, test: 29.3 }), // +-16%
-    (IndexKind::OctreeRHierarchy, Weights { ray: 34.9, node: 53.3, test: 29.3 }), // +-16%
-    (IndexKind::UniformGrid, Weights { ray: 36.5, node: 57.0, test: 42.2 }), // +-16%
-    (IndexKind::GridHierarchy, Weights { ray: 36.5, node: 57.0, test: 42.2 }), // +-16%
-    (IndexKind::KdTree, Weights { ray: 35.9, node: 34.1, test: 16.8 }), // +-13%
-    (IndexKind::KdTreeHierarchy, Weights { ray: 35.9, node: 34.1, test: 16.8 }), // +-13%
-    (IndexKind::BspTree, Weights { ray: 35.1, node: 25.9, test: 21.5 }), // +-19%
-    (IndexKind::BspTreeHierarchy, Weights { ray: 35.1, node: 25.9, test: 21.5 }), // +-19%
-    (IndexKind::Bvh, Weights { ray: 35.1, node: 58.1, test: 20.0 }),    // +-11%
-    (IndexKind::BvhHierarchy, Weights { ray: 35.1, node: 58.1, test: 20.0 }), // +-11%
-    (IndexKind::WideOctree, Weights { ray: 11.5, node: 22.3, test: 8.7 }), // +-14%
-    (IndexKind::WideOctreeHierarchy, Weights { ray: 11.5, node: 22.3, test: 8.7 }), // +-14%
-    (IndexKind::CompactOctree, Weights { ray: 11.5, node: 25.6, test: 10.0 }), // by hand
-    (IndexKind::CompactOctreeHierarchy, Weights { ray: 11.5, node: 25.6, test: 10.0 }), // by hand
-    (IndexKind::LeanOctree, Weights { ray: 11.5, node: 34.6, test: 13.5 }), // by hand
-    (IndexKind::LeanOctreeHierarchy, Weights { ray: 11.5, node: 34.6, test: 13.5 }), // by hand
+    (IndexKind::Linear, Weights { ray: 20.4, node: 30.0, test: 15.9 }), // +-8%
+    (IndexKind::Octree, Weights { ray: 23.4, node: 69.6, test: 23.6 }), // +-19%
+    (IndexKind::OctreeHierarchy, Weights { ray: 23.4, node: 69.6, test: 23.6 }), // +-19%
+    (IndexKind::OctreeR, Weights { ray: 24.4, node: 64.0, test: 22.6 }), // +-21%
+    (IndexKind::OctreeRHierarchy, Weights { ray: 24.4, node: 64.0, test: 22.6 }), // +-21%
+    (IndexKind::UniformGrid, Weights { ray: 27.0, node: 71.1, test: 27.5 }), // +-20%
+    (IndexKind::GridHierarchy, Weights { ray: 27.0, node: 71.1, test: 27.5 }), // +-20%
+    (IndexKind::KdTree, Weights { ray: 27.4, node: 30.0, test: 19.7 }), // +-20%
+    (IndexKind::KdTreeHierarchy, Weights { ray: 27.4, node: 30.0, test: 19.7 }), // +-20%
+    (IndexKind::BspTree, Weights { ray: 26.8, node: 27.6, test: 20.8 }), // +-24%
+    (IndexKind::BspTreeHierarchy, Weights { ray: 26.8, node: 27.6, test: 20.8 }), // +-24%
+    (IndexKind::Bvh, Weights { ray: 25.5, node: 76.8, test: 20.7 }),    // +-15%
+    (IndexKind::BvhHierarchy, Weights { ray: 25.5, node: 76.8, test: 20.7 }), // +-15%
+    (IndexKind::WideOctree, Weights { ray: 4.1, node: 26.9, test: 0.5 }), // +-14%
+    (IndexKind::WideOctreeHierarchy, Weights { ray: 4.1, node: 26.9, test: 0.5 }), // +-14%
+    (IndexKind::CompactOctree, Weights { ray: 17.4, node: 19.7, test: 8.1 }), // +-14%
+    (IndexKind::CompactOctreeHierarchy, Weights { ray: 17.4, node: 19.7, test: 8.1 }), // +-14%
+    (IndexKind::LeanOctree, Weights { ray: 21.0, node: 36.8, test: 26.5 }), // +-13%
+    (IndexKind::LeanOctreeHierarchy, Weights { ray: 21.0, node: 36.8, test: 26.5 }), // +-13%
 ];
 
 /// For an index that was never measured: such that it is not preferred for that.

@@ -186,13 +186,19 @@ impl Eight {
     }
 
     #[inline(always)]
-    fn abs(self) -> Self {
+    pub fn abs(self) -> Self {
         self.each(Vec4::abs)
+    }
+
+    /// The largest of the eight, none of which is NaN.
+    #[inline(always)]
+    pub fn largest(self) -> f32 {
+        self.0[0].max(self.0[1]).max_element()
     }
 
     /// The larger one; of a NaN and a number, the second.
     #[inline(always)]
-    fn larger(self, other: Self) -> Self {
+    pub fn larger(self, other: Self) -> Self {
         self.with(other, |a, b| {
             // There, of a NaN and a number, the instruction gives the second; elsewhere, a NaN.
             if cfg!(target_feature = "sse2") { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) }
