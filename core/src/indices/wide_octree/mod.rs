@@ -14,11 +14,17 @@
 //! the same nodes: as long as a part is a join of clusters, it is divided into the two that were joined. Lanes
 //! without a child have an empty box. Nodes and leaves begin at multiples of 64 bytes.
 //!
-//! Leaves of fewer than eight, where their triangles lie apart, took 2% fewer instructions in a city and 14 bytes
-//! more a triangle, and made no difference elsewhere.
-//!
 //! Boxes and triangles are tested in `f32` with derived margins (see `lanes`); whatever a margin
 //! cannot exclude is decided by the exact kernel.
+//!
+//! # What lost
+//! - Leaves of fewer than eight, where their triangles lie apart: 2% fewer instructions in a city for 14 bytes more a
+//!   triangle, and no difference elsewhere.
+//! - Sorting a batch by octant and by the Morton code of the origins: rays of photons are up to a fifth faster then,
+//!   but sorting takes as long as asking.
+//! - Three, six or eight rays in turn instead of four, and a prefetch of half a node: no difference that stands out.
+//! - Spatial splits were not built: on the same scenes and rays they make Embree 0.85 to 1.05 times as fast, and its
+//!   build 3 to 8 times as slow.
 //!
 //! # Source
 //! H. Dammertz, J. Hanika, A. Keller, *Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of
