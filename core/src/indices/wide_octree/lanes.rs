@@ -35,7 +35,7 @@ use crate::geometry::{Ray, Triangle};
 
 /// A ray prepared for lanes. Three components and a fourth, which is 0 in the first two, because four are read
 /// and written at once.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(in crate::indices) struct LaneRay {
     pub origin: [f32; 4],
     pub direction: [f32; 4],
@@ -62,6 +62,12 @@ pub(in crate::indices) const SUM: f32 = 64.0 * R;
 pub(in crate::indices) const DISTANCE: f32 = 80.0 * R;
 
 impl LaneRay {
+    /// No ray yet.
+    pub const IDLE: Self = {
+        let zero = [0.0; 4];
+        Self { origin: zero, direction: zero, enter: zero, leave: zero, reach: 0.0, t_min: 0.0 }
+    };
+
     /// `None` for a ray that has to take the `f64` way, in a scene whose largest coordinate is given.
     #[inline(always)]
     pub fn new(ray: &Ray, largest_coordinate: f32) -> Option<Self> {

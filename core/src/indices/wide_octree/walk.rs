@@ -140,8 +140,9 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
         turn.query = None;
         walking.set(walking.get() - 1);
     };
+    // As constants: made by a function each is copied, room for its stack and all.
     let mut turns: [Turn<L, Q>; IN_TURN] =
-        core::array::from_fn(|_| Turn { walk: Walk::idle(), query: None, place: 0 });
+        [const { Turn { walk: Walk::IDLE, query: None, place: 0 } }; IN_TURN];
     for turn in &mut turns {
         next(turn, &mut finish);
     }
@@ -176,10 +177,8 @@ struct Walk<L: Lanes> {
 
 impl<L: Lanes> Walk<L> {
     /// No walk yet.
-    fn idle() -> Self {
-        let stack = heapless::Vec::new();
-        Self { ray: LaneRay::default(), next: Step::NOWHERE, last: 0.0, stack }
-    }
+    const IDLE: Self =
+        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, last: 0.0, stack: heapless::Vec::new() };
 
     #[inline(always)]
     fn new<Q: Query>(ray: LaneRay, root: Step, query: &Q) -> Self {
