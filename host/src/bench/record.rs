@@ -25,7 +25,7 @@ pub struct Record {
     pub build_seconds: f64,
     /// The whole index, in bytes.
     pub bytes: usize,
-    /// The index without the triangles, in bytes.
+    /// The index without the triangles, in bytes; with them where it keeps them in a form of its own.
     pub subdivision_bytes: usize,
     /// How many clusters.
     pub cluster_count: u32,

@@ -34,7 +34,8 @@ pub struct Measurement {
     pub build_seconds: f64,
     /// The whole index.
     pub bytes: usize,
-    /// The index without the triangles: what the way of dividing costs.
+    /// The index without the triangles: what the way of dividing costs. With them where the index keeps them in a form
+    /// of its own.
     pub subdivision_bytes: usize,
     /// How many clusters it found; 1 for a simple index.
     pub cluster_count: u32,
@@ -203,12 +204,14 @@ pub fn count(
 ) -> anyhow::Result<Measurement> {
     let index = built.index();
     let image = index.image();
+    let apart = !case.kind.holds_triangles();
+    let triangle_bytes = if apart { size_of_val(&*model.triangles) } else { 0 };
     Ok(Measurement {
         case: case.clone(),
         triangle_count: model.triangles.len(),
         build_seconds: built.build_seconds(),
         bytes: built.bytes(),
-        subdivision_bytes: built.bytes().saturating_sub(size_of_val(&*model.triangles)),
+        subdivision_bytes: built.bytes() - triangle_bytes,
         cluster_count: image.cluster_count(),
         deepest_level: index.check()?.deepest_level,
         photons,

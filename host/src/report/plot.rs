@@ -65,9 +65,11 @@ const BOTTOM: f64 = 46.0;
 /// About as many ticks along an axis.
 const TICKS: f64 = 6.0;
 
-/// A colour for a line, dark enough on white, as CSS.
+/// A colour for a line, dark enough on white, as CSS. After eight, hues come close to one another again, and the next
+/// eight are darker.
 pub fn line_colour(number: usize) -> String {
-    let Colour(red, green, blue) = cluster_colour(number as u32).times(0.78);
+    let light = [0.78, 0.4][number / 8 % 2];
+    let Colour(red, green, blue) = cluster_colour(number as u32).times(light);
     let byte = |part: f32| (part.clamp(0.0, 1.0) * 255.0) as u8;
     format!("#{:02x}{:02x}{:02x}", byte(red), byte(green), byte(blue))
 }

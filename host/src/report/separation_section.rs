@@ -14,8 +14,8 @@ pub fn separation_section(page: &mut Page, rows: &[SeparationRow]) {
     page.paragraph(
         "Figure 3's clusters, from touching to 10,000 times their size apart; every index as it is built by \
          default, alone and in each cluster. Counters: nodes and tests, weighted by the cost model. Memory: bytes \
-         beside the triangles. Saved is meant over the worse of the two; below 0 the hierarchy loses. Touching \
-         clusters are one cluster, and nothing is gained.",
+         beside the triangles, or all bytes of an index that keeps them in a form of its own. Saved is meant over the \
+         worse of the two; below 0 the hierarchy loses. Touching clusters are one cluster, and nothing is gained.",
     );
     page.plots(&[
         plot(rows, "Time saved by the hierarchy", |gains| gains.time),
