@@ -239,16 +239,22 @@ fn random_words_beside_a_mesh_are_harmless() {
     for valid in images(mesh, &one_cluster) {
         let mut random = Random::new(9);
         for _ in 0..if DEBUG { 2_000 } else { 20_000 } {
-            let words: Vec<u32> = (0..random.below(60))
+            let mut words: Vec<u32> = (0..random.below(60))
                 .map(|_| {
                     let small = random.below(12) as u32;
                     random.pick(&[small, small, small | 1 << 31, u32::MAX, 7 << 28 | small])
                 })
                 .collect();
+            if random.below(2) == 0 {
+                words.extend(END_OF_LEAN);
+            }
             is_harmless_beside(&with_words_beside(&valid, mesh, &words), Some(mesh), &rays);
         }
     }
 }
+
+/// The zeros that a lean octree ends with.
+const END_OF_LEAN: [u32; 30] = [0; 30];
 
 /// The lean octree's format, forged: see the heads of `indices/compact_octree` and its `ids` in the core.
 #[test]
@@ -262,7 +268,8 @@ fn forged_lean_octrees_are_refused() {
     let valid = valid.expect("an ordinary scene");
     let largest = 4.0_f32.to_bits();
     let read = |words: &[u32]| {
-        let forged = with_words_beside(&valid, mesh, words);
+        let words = [words, &END_OF_LEAN].concat();
+        let forged = with_words_beside(&valid, mesh, &words);
         Index::<LeanOctree>::from_bytes_beside(forged.bytes(), mesh).err()
     };
     let refused = |what: &str, words: &[u32]| {
