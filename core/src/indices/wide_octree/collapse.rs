@@ -62,10 +62,10 @@ impl Forest {
         let divided = |count: usize| {
             let mut best = (f32::INFINITY, 0, 0);
             for share in 1..count {
-                let rest = count - share;
-                let cost = left.costs[share - 1] + right.costs[rest - 1];
+                let (ours, rest) = ((share - 1) % LANES, (count - share - 1) % LANES);
+                let cost = left.costs[ours] + right.costs[rest];
                 if cost < best.0 || share == 1 {
-                    best = (cost, share, left.rows[share - 1].saturating_add(right.rows[rest - 1]));
+                    best = (cost, share, left.rows[ours].saturating_add(right.rows[rest]));
                 }
             }
             best
@@ -75,14 +75,15 @@ impl Forest {
         let mut least = (cost + surface, rows.saturating_add(NODE_ROWS));
         let node_rows = least.1;
         let mut forest = Self { costs: [least.0; LANES], rows: [least.1; LANES], at };
-        for count in 2..=LANES {
-            let (cost, share, rows) = divided(count);
+        for (more, (costs, rows)) in
+            forest.costs.iter_mut().zip(&mut forest.rows).enumerate().skip(1)
+        {
+            let (cost, share, rows_of) = divided(more + 1);
             if cost < least.0 {
-                least = (cost, rows);
-                shares |= (share as u32) << (SHARE_BITS * (count - 1));
+                least = (cost, rows_of);
+                shares |= (share as u32) << (SHARE_BITS * more);
             }
-            forest.costs[count - 1] = least.0;
-            forest.rows[count - 1] = least.1;
+            (*costs, *rows) = least;
         }
         (forest, Split { halves: [left.at, right.at], shares, rows: node_rows })
     }
