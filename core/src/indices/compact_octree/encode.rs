@@ -6,7 +6,8 @@ use super::{Form, HEAD_WORDS, Node, most_words};
 use crate::geometry::Aabb;
 use crate::indices::Division;
 use crate::indices::wide_octree::LANES;
-use crate::indices::wide_octree::build::{Subtree, sort};
+use crate::indices::wide_octree::build::sort;
+use crate::indices::wide_octree::collapse::Subtree;
 use crate::indices::wide_octree::divide::{Box4, Item};
 use crate::memory::Words;
 use crate::{BuildError, Executor, Mesh};
@@ -47,19 +48,19 @@ struct Encoder<'e, 'w, F> {
 impl<F: Form> Encoder<'_, '_, F> {
     /// Appends a subtree, and returns the link to it and its box. As deep a recursion as the tree.
     fn subtree(&mut self, subtree: Subtree<'_>) -> (u32, Box4) {
-        let items = subtree.items;
-        if items.len() <= LANES {
+        let children = subtree.children();
+        if children.is_empty() {
+            let items = subtree.items;
             let link = F::write(self.triangles, items.iter().map(Item::id), self.words);
             return (link, Box4::around(items));
         }
         // A node comes before its children, and knows their boxes after them.
-        let children = subtree.children().count();
-        let place = self.words.reserve(F::node_words(children));
+        let place = self.words.reserve(F::node_words(children.len()));
         let mut bounds = Box4::EMPTY;
         let mut links = heapless::Vec::<u32, LANES>::new();
         let mut boxes = heapless::Vec::<Aabb, LANES>::new();
-        for child in subtree.children() {
-            let (link, child) = self.subtree(child);
+        for child in &children {
+            let (link, child) = self.subtree(*child);
             bounds = bounds.union(child);
             let pushed = links.push(link).is_ok() && boxes.push(child.aabb()).is_ok();
             debug_assert!(pushed, "a node has eight lanes");
@@ -68,6 +69,6 @@ impl<F: Form> Encoder<'_, '_, F> {
         for (slot, &link) in node.links.iter_mut().zip(&links) {
             *slot = link;
         }
-        (F::write_node(&node, children, place, self.words), bounds)
+        (F::write_node(&node, children.len(), place, self.words), bounds)
     }
 }

@@ -45,12 +45,12 @@ use crate::memory::{Image, Words};
 use crate::query::Query;
 use crate::{BuildError, Executor, Mesh, Options, Vectors};
 
-/// The compact octree, alone or as the local index of a hierarchy: 24 to 31 bytes a triangle, with all that
+/// The compact octree, alone or as the local index of a hierarchy: 25 to 31 bytes a triangle, with all that
 /// answering needs.
 pub type CompactOctree = QuantisedOctree<Blocks>;
 
 /// The lean octree, alone or as the local index of a hierarchy: made to lie [beside](crate::Scene::beside) a
-/// mesh that is kept anyway: 7.5 to 9.9 bytes a triangle more on the scenes of the host.
+/// mesh that is kept anyway: 7.4 to 9.9 bytes a triangle more on the scenes of the host.
 pub type LeanOctree = QuantisedOctree<Ids>;
 
 /// An octree of quantised boxes, written down in some form.
@@ -109,6 +109,7 @@ const NODE_WORDS: usize = 38;
 const LEAF: u32 = 1 << 31;
 /// The link of an unused lane: a leaf past the end of the longest image.
 const EMPTY: u32 = u32::MAX;
+
 /// Eight boxes and what is in them.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

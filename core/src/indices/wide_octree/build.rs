@@ -1,38 +1,23 @@
 //! Building in two passes.
 //!
-//! First the triangles are sorted into the order of the leaves by dividing them in two again and again, the
-//! divisions are collapsed into nodes, and a [`Cut`] is made wherever a node divides them, which tells how much
-//! its parts will take; then everything is written to where it belongs. Both go down the tree in branches that
-//! know nothing of each other, so an executor may run them at once, and the bytes are the same. Where nothing is
-//! to be written, the first pass says how much it would be.
+//! First the triangles are sorted into the order of the leaves by dividing them in two again and again, and the
+//! divisions are collapsed into nodes, which tells how much each subtree will take; then everything is written to
+//! where it belongs. Both go down the tree in branches that know nothing of each other, so an executor may run
+//! them at once, and the bytes are the same. Where nothing is to be written, the first pass says how much it
+//! would be.
 //!
 //! Octrees that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
 
-use bytemuck::{Pod, Zeroable};
-
-use super::collapse::{Forest, Split};
+use super::collapse::{Forest, Split, Subtree};
 use super::divide::{Box4, Divider, Item, Place, larger};
 use super::{EMPTY, HEAD_ROWS, LANES, LEAF_ROWS, NO_ID, NODE_ROWS, ROW_MASK, Row, leaf_link};
 use crate::indices::Division;
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::{BuildError, Executor, Mesh};
 
-/// Between two items: which node divides them.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(in crate::indices) struct Cut {
-    /// The node's depth below the root; none has `NO_LEVEL`.
-    level: u32,
-    /// The rows of its part that begins here.
-    rows: u32,
-}
-
-const NO_LEVEL: u32 = u32::MAX;
-
 pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
     let counts = size_of_slice::<u32>(triangle_count.saturating_mul(2));
     size_of_slice::<Item>(triangle_count)
-        .saturating_add(size_of_slice::<Cut>(triangle_count))
         .saturating_add(size_of_slice::<Split>(triangle_count))
         .saturating_add(counts)
 }
@@ -52,13 +37,12 @@ pub(super) fn build(
     if count == 0 {
         return Ok(());
     }
-    let Sorted { root: Subtree { items, cuts, level }, rows, largest } =
-        sort(&division, scratch, executor)?;
-    let rows = HEAD_ROWS + rows;
+    let Sorted { root, largest } = sort(&division, scratch, executor)?;
+    let rows = HEAD_ROWS.saturating_add(root.rows());
     if let Some(words) = words.append(rows as usize * LANES) {
         let rows: &mut [Row] = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
         if let Some((head, rows)) = rows.split_at_mut_checked(HEAD_ROWS as usize) {
-            let root = Writer { triangles, executor }.write(items, cuts, level, HEAD_ROWS, rows);
+            let root = Writer { triangles, executor }.write(root, HEAD_ROWS, rows);
             head.fill([0; LANES]);
             if let Some(head) = head.first_mut() {
                 *head = [root.link, root.edge.to_bits(), largest.to_bits(), 0, 0, 0, 0, 0];
@@ -72,35 +56,8 @@ pub(super) fn build(
 /// The triangles in the order of the leaves, one at least.
 pub(in crate::indices) struct Sorted<'s> {
     pub root: Subtree<'s>,
-    /// The rows that a wide octree takes, without its head.
-    rows: u32,
     /// The largest coordinate of any triangle.
     pub largest: f32,
-}
-
-/// A run of sorted items: up to eight are a leaf, more are a node.
-#[derive(Clone, Copy)]
-pub(in crate::indices) struct Subtree<'s> {
-    pub items: &'s [Item],
-    cuts: &'s [Cut],
-    level: u32,
-}
-
-impl Subtree<'_> {
-    /// The children of a node.
-    pub fn children(self) -> impl Iterator<Item = Self> {
-        let starts = node_cuts(self.cuts, self.level).map(|(from, _)| from);
-        let ends = starts.clone().chain([self.items.len()]);
-        [0].into_iter().chain(starts).zip(ends).filter_map(move |(from, to)| {
-            let (items, cuts) = (self.items.get(from..to)?, self.cuts.get(from..to)?);
-            Some(Self { items, cuts, level: self.level + 1 })
-        })
-    }
-}
-
-/// Where the children of a node begin, but the first.
-fn node_cuts(cuts: &[Cut], level: u32) -> impl Iterator<Item = (usize, &Cut)> + Clone {
-    cuts.iter().enumerate().skip(1).filter(move |(_, cut)| cut.level == level).take(LANES - 1)
 }
 
 /// The first pass, in `scratch_bytes` of scratch.
@@ -114,21 +71,14 @@ pub(in crate::indices) fn sort<'s>(
     let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
     let items = arena.take::<Item>(count).ok_or(full)?;
-    let cuts = arena.take::<Cut>(count).ok_or(full)?;
     let splits = arena.take::<Split>(count).ok_or(full)?;
     let counts = arena.take::<u32>(nodes.len()).ok_or(full)?;
     let divider = Divider::new(items, counts, triangles, clusters, nodes);
 
     let largest = items.iter().fold(0.0, |all, item| larger(all, item.largest_coordinate()));
     let place = divider.root();
-    let root = Sorter { divider, executor }.sort(items, splits, 0, place);
-    cuts.fill(Cut { level: NO_LEVEL, rows: 0 });
-    root.for_each_child(splits, &mut |at, level, rows| {
-        if let Some(cut) = cuts.get_mut(at as usize) {
-            *cut = Cut { level, rows };
-        }
-    });
-    Ok(Sorted { root: Subtree { items, cuts, level: 0 }, rows: root.rows(), largest })
+    let forest = Sorter { divider, executor }.sort(items, splits, 0, place);
+    Ok(Sorted { root: Subtree::root(items, splits, &forest), largest })
 }
 
 /// What a node knows of a child.
@@ -142,13 +92,6 @@ struct Child {
 
 impl Child {
     const NONE: Self = Self { bounds: Box4::EMPTY, link: EMPTY, edge: 0.0 };
-}
-
-/// A part of a node while it is written: where its items begin, and how many rows it takes.
-#[derive(Clone, Copy)]
-struct Run {
-    from: usize,
-    rows: usize,
 }
 
 /// From so many items on, branches are offered to the executor.
@@ -204,27 +147,17 @@ struct Writer<'b, E> {
 }
 
 impl<E: Executor> Writer<'_, E> {
-    /// Writes the subtree of sorted items into as many rows as it takes, of which the first is `row`.
-    fn write(&self, items: &[Item], cuts: &[Cut], level: u32, row: u32, rows: &mut [Row]) -> Child {
-        if items.len() <= LANES {
-            return self.leaf(items, row, rows);
+    /// Writes a subtree into as many rows as it takes, of which the first is `row`.
+    fn write(&self, subtree: Subtree<'_>, row: u32, rows: &mut [Row]) -> Child {
+        let subtrees = subtree.children();
+        if subtrees.is_empty() {
+            return self.leaf(subtree.items, row, rows);
         }
         let Some((node, below)) = rows.split_at_mut_checked(NODE_ROWS as usize) else {
             return Child::NONE;
         };
-        // The first part has no cut of its own, and takes what the others leave.
-        let mut runs = [Run { from: 0, rows: below.len() }; LANES];
-        let mut count = 1;
-        for (from, cut) in node_cuts(cuts, level) {
-            let rows = cut.rows as usize;
-            runs[0].rows = runs[0].rows.saturating_sub(rows);
-            runs[count % LANES] = Run { from, rows };
-            count += 1;
-        }
-        let runs = runs.get(..count).unwrap_or_default();
         let mut children = [Child::NONE; LANES];
-        let place = (level + 1, row + NODE_ROWS);
-        self.write_parts(items, cuts, runs, place, below, &mut children);
+        self.write_all(&subtrees, row + NODE_ROWS, below, &mut children);
         let mut bounds = Box4::EMPTY;
         for (lane, child) in children.iter().enumerate() {
             let sides = child.bounds.lo.to_array().into_iter().zip(child.bounds.hi.to_array());
@@ -238,36 +171,31 @@ impl<E: Executor> Writer<'_, E> {
         Child { bounds, link: row, edge: 0.0 }
     }
 
-    /// Writes neighbouring parts of a node one after the other. `place` is their level and first row.
-    fn write_parts(
+    /// Writes neighbouring subtrees one after the other, from the row `row` on.
+    fn write_all(
         &self,
-        items: &[Item],
-        cuts: &[Cut],
-        runs: &[Run],
-        (level, row): (u32, u32),
+        subtrees: &[Subtree<'_>],
+        row: u32,
         rows: &mut [Row],
         children: &mut [Child],
     ) {
-        let half = runs.len() / 2;
-        let (left, right) = runs.split_at_checked(half).unwrap_or_default();
-        let (Some(first), Some(middle)) = (left.first(), right.first()) else {
-            if let Some(child) = children.first_mut() {
-                *child = self.write(items, cuts, level, row, rows);
+        let half = subtrees.len() / 2;
+        let (left, right) = subtrees.split_at_checked(half).unwrap_or_default();
+        if left.is_empty() {
+            if let (Some(subtree), Some(child)) = (subtrees.first(), children.first_mut()) {
+                *child = self.write(*subtree, row, rows);
             }
             return;
-        };
-        let at = middle.from - first.from;
-        let rows_at = left.iter().map(|run| run.rows).sum();
-        let halves = (items.split_at_checked(at), cuts.split_at_checked(at));
-        let (Some(items_of), Some(cuts)) = halves else { return };
-        let halves = (rows.split_at_mut_checked(rows_at), children.split_at_mut_checked(half));
+        }
+        let rows_of_left: u32 = left.iter().map(Subtree::rows).sum();
+        let halves =
+            (rows.split_at_mut_checked(rows_of_left as usize), children.split_at_mut_checked(half));
         let (Some(rows), Some(children)) = halves else { return };
-        let places = [(level, row), (level, row + rows_at as u32)];
         both(
             self.executor,
-            items.len(),
-            || self.write_parts(items_of.0, cuts.0, left, places[0], rows.0, children.0),
-            || self.write_parts(items_of.1, cuts.1, right, places[1], rows.1, children.1),
+            subtrees.iter().map(|subtree| subtree.items.len()).sum(),
+            || self.write_all(left, row, rows.0, children.0),
+            || self.write_all(right, row + rows_of_left, rows.1, children.1),
         );
     }
 

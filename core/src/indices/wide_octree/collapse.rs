@@ -12,6 +12,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::divide::Item;
 use super::{LANES, LEAF_ROWS, NODE_ROWS};
 
 /// A division in two, filed under the item where the second half begins.
@@ -51,11 +52,6 @@ pub(super) struct Forest {
 impl Forest {
     pub const LEAF: Self = Self { costs: [0.0; LANES], rows: [LEAF_ROWS; LANES], at: 0 };
 
-    /// The rows of all, as one subtree.
-    pub fn rows(&self) -> u32 {
-        self.rows[0]
-    }
-
     /// Of a part that is divided at the item `at`, in a box with so large a surface.
     pub fn join(left: &Self, right: &Self, at: u32, surface: f32) -> (Self, Split) {
         // The least cost of so many subtrees if some of them are in each half; of equals, the first.
@@ -87,48 +83,70 @@ impl Forest {
         }
         (forest, Split { halves: [left.at, right.at], shares, rows: node_rows })
     }
-
-    /// Shows where each subtree begins but the root: its item, its level and its rows. Of several that begin
-    /// at one item, the highest comes last.
-    pub fn for_each_child(&self, splits: &[Split], show: &mut impl FnMut(u32, u32, u32)) {
-        children(splits, (0, self.at), 0, show);
-    }
 }
 
-/// The children of the node whose items begin at the first number and are divided at the second.
-fn children(
-    splits: &[Split],
-    (from, at): (u32, u32),
-    level: u32,
-    show: &mut impl FnMut(u32, u32, u32),
-) {
-    let Some(split) = splits.get(at as usize).filter(|_| at > 0) else { return };
-    let share = split.share(OF_CHILDREN);
-    subtrees(splits, (from, split.halves[0]), share, level, show);
-    subtrees(splits, (at, split.halves[1]), LANES - share, level, show);
+/// A run of sorted items: up to eight are a leaf, more are a node.
+#[derive(Clone, Copy)]
+pub(in crate::indices) struct Subtree<'s> {
+    pub items: &'s [Item],
+    /// Those of all items.
+    splits: &'s [Split],
+    /// The number of its first item.
+    from: u32,
+    /// Where it is divided; 0 for a leaf.
+    at: u32,
 }
 
-/// A part as up to so many subtrees.
-fn subtrees(
-    splits: &[Split],
-    (from, at): (u32, u32),
-    mut count: usize,
-    level: u32,
-    show: &mut impl FnMut(u32, u32, u32),
-) {
-    let Some(split) = splits.get(at as usize).filter(|_| at > 0) else {
-        return show(from, level, LEAF_ROWS);
-    };
-    while count > 1 && split.share(count - 1) == 0 {
-        count -= 1;
+impl<'s> Subtree<'s> {
+    /// All items.
+    pub(super) fn root(items: &'s [Item], splits: &'s [Split], forest: &Forest) -> Self {
+        Self { items, splits, from: 0, at: forest.at }
     }
-    if count > 1 {
-        let share = split.share(count - 1);
-        subtrees(splits, (from, split.halves[0]), share, level, show);
-        subtrees(splits, (at, split.halves[1]), count - share, level, show);
-    } else {
-        children(splits, (from, at), level + 1, show);
-        show(from, level, split.rows);
+
+    /// The rows that a wide octree takes for it.
+    pub fn rows(&self) -> u32 {
+        self.split().map_or(LEAF_ROWS, |split| split.rows)
+    }
+
+    /// The children of a node, in the order of the items; a leaf has none.
+    pub fn children(&self) -> heapless::Vec<Self, LANES> {
+        let mut children = heapless::Vec::new();
+        if let Some((split, [left, right])) = self.halves() {
+            let share = split.share(OF_CHILDREN);
+            left.gather(share, &mut children);
+            right.gather(LANES - share, &mut children);
+        }
+        children
+    }
+
+    /// Appends a part as up to so many subtrees.
+    fn gather(self, mut count: usize, subtrees: &mut heapless::Vec<Self, LANES>) {
+        if let Some((split, [left, right])) = self.halves() {
+            while count > 1 && split.share(count - 1) == 0 {
+                count -= 1;
+            }
+            if count > 1 {
+                let share = split.share(count - 1);
+                left.gather(share, subtrees);
+                return right.gather(count - share, subtrees);
+            }
+        }
+        let pushed = subtrees.push(self).is_ok();
+        debug_assert!(pushed, "a node has at most eight");
+    }
+
+    /// How it is divided, unless it is a leaf.
+    fn split(&self) -> Option<&'s Split> {
+        self.splits.get(self.at as usize).filter(|_| self.at > 0)
+    }
+
+    fn halves(self) -> Option<(&'s Split, [Self; 2])> {
+        let split = self.split()?;
+        let (left, right) = self.items.split_at_checked((self.at - self.from) as usize)?;
+        let [at_left, at_right] = split.halves;
+        let left = Self { items: left, at: at_left, ..self };
+        let right = Self { items: right, from: self.at, at: at_right, ..self };
+        Some((split, [left, right]))
     }
 }
 
@@ -190,6 +208,20 @@ mod tests {
         (forest, end)
     }
 
+    /// Goes through all subtrees, notes where leaves begin, and returns the rows of all.
+    fn walk(subtree: Subtree<'_>, begins: &mut Vec<u32>) -> u32 {
+        let children = subtree.children();
+        if children.is_empty() {
+            assert_eq!(subtree.items.len(), 1);
+            begins.push(subtree.from);
+            return LEAF_ROWS;
+        }
+        assert!((2..=LANES).contains(&children.len()));
+        let rows: u32 = children.into_iter().map(|child| walk(child, begins)).sum();
+        assert_eq!(rows + NODE_ROWS, subtree.rows());
+        rows + NODE_ROWS
+    }
+
     #[test]
     fn the_least_cost_is_found_and_its_nodes_are_shown() {
         let mut random = 1;
@@ -205,19 +237,15 @@ mod tests {
                     "{count} of {leaves}"
                 );
             }
-            // What is shown has as many rows as are told, no node has more than eight children, and each leaf is
-            // shown once.
-            let mut shown = Vec::new();
-            forest
-                .for_each_child(&splits, &mut |from, level, rows| shown.push((from, level, rows)));
-            let own_leaves = shown.iter().filter(|(.., rows)| *rows == LEAF_ROWS).count();
-            assert_eq!(own_leaves, leaves);
-            let nodes = 1 + shown.len() - leaves;
-            let rows = nodes as u32 * NODE_ROWS + leaves as u32 * LEAF_ROWS;
-            assert_eq!(rows, forest.rows());
-            let of_root = shown.iter().filter(|(_, level, _)| *level == 0);
-            assert!((2..=LANES).contains(&of_root.clone().count()));
-            assert_eq!(of_root.map(|(.., rows)| rows).sum::<u32>() + NODE_ROWS, rows);
+            // The subtrees have as many rows as are told, no node has more than eight children or fewer than two,
+            // and each leaf comes once, in order.
+            let items = [Item::zeroed(); 15];
+            let root = Subtree::root(&items[..leaves], &splits, &forest);
+            let mut begins = Vec::new();
+            let rows = walk(root, &mut begins);
+            assert_eq!(rows, root.rows());
+            assert_eq!(rows, forest.rows[0]);
+            assert!(begins.iter().copied().eq(0..leaves as u32));
         }
     }
 }

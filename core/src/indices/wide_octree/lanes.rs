@@ -50,16 +50,16 @@ pub(in crate::indices) struct LaneRay {
 
 const MOST_COORDINATE: f32 = 268_435_456.0; // 2^28
 /// How much later or earlier than computed a plane may be crossed, relatively.
-pub(in crate::indices) const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
-pub(in crate::indices) const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
+const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
+const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
 const LEAST_DIRECTION: f32 = 9.094_947e-13; // 2^-40
 const MOST_DIRECTION: f32 = 1.099_511_6e12; // 2^40
-pub(in crate::indices) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
+pub(super) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
 
 /// Half an ulp of 1.
 const R: f32 = f32::EPSILON / 2.0;
-pub(in crate::indices) const SUM: f32 = 64.0 * R;
-pub(in crate::indices) const DISTANCE: f32 = 80.0 * R;
+pub(super) const SUM: f32 = 64.0 * R;
+pub(super) const DISTANCE: f32 = 80.0 * R;
 
 impl LaneRay {
     /// No ray yet.

@@ -36,7 +36,7 @@
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx2;
 pub(super) mod build;
-mod collapse;
+pub(super) mod collapse;
 pub(super) mod divide;
 pub(super) mod lanes;
 mod tree;
