@@ -13,8 +13,9 @@
 //! Values are in the byte order of the machine that wrote them; another one refuses the image.
 //!
 //! # What validation guarantees
-//! Lengths fit; a mesh is the one that the image was built beside; every link of the cluster tree goes to an earlier node and is answered by that
-//! node's parent link, so the nodes form one tree; each local index is checked by its own kind.
+//! Lengths fit; a mesh is the one that the image was built beside; every link of the cluster tree goes to an
+//! earlier node and is answered by that node's parent link, so the nodes form one tree; each local index is
+//! checked by its own kind.
 //! After that every walk ends and stays inside, whatever the bytes were. Whether the boxes really
 //! hold the triangles is not proven: bytes made up by someone can give wrong answers, not harm.
 
