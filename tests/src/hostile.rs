@@ -3,9 +3,12 @@
 //! `from_bytes` may refuse them. If it does not, every query must end, stay inside, and do no more
 //! work than there are words in the image.
 
-use arboleda::{AnyIndex, Counters, Hit, IndexKind, Mesh, Options, Ray, RayIndex};
+use arboleda::{
+    AnyIndex, Counters, Hit, ImageError, IndexKind, Mesh, Options, Ray, RayIndex, Triangle, Vec3,
+};
 
 use crate::build::Built;
+use crate::{parallel, rays, scenes};
 
 /// Reads bytes as an image of every kind and asks what is accepted about some rays. Returns how many
 /// kinds accepted them.
@@ -48,6 +51,51 @@ pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -
         }
     }
     accepted
+}
+
+/// Bytes cut short after every length are refused as such; `read` reads them.
+///
+/// # Panics
+/// Where they are not.
+pub fn every_truncation_is_refused(image: &Built, read: impl Fn(&[u8]) -> Option<ImageError>) {
+    let bytes = image.bytes();
+    for length in 0..bytes.len() {
+        let cut = Built::copied(image.kind(), &bytes[..length]);
+        let error = read(cut.bytes());
+        assert_eq!(error, Some(ImageError::Truncated), "{length} of {} bytes", bytes.len());
+    }
+}
+
+/// An image with any one bit changed does no harm; `accepted` asks, and returns how often it was accepted.
+///
+/// # Panics
+/// Where it does, and if all of them or none was accepted: a coordinate may be any other, a header may not.
+pub fn every_flipped_bit_is_harmless(image: &Built, accepted: impl Fn(&Built) -> usize + Sync) {
+    let bits = image.bytes().len() * 8;
+    let accepted = parallel::map(bits.div_ceil(64), |job| {
+        let mut damaged = Built::copied(image.kind(), image.bytes());
+        let mut sum = 0;
+        for bit in (job * 64..bits).take(64) {
+            damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
+            sum += accepted(&damaged);
+            damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
+        }
+        sum
+    });
+    let accepted: usize = accepted.iter().sum();
+    assert!(accepted > 0 && accepted < bits, "{} {accepted} of {bits}", image.kind().name());
+}
+
+/// For small images, with several clusters where the kind has any.
+pub fn two_lattices() -> Vec<Triangle> {
+    let near = scenes::lattice(14, 2, 3);
+    let far = scenes::moved(&scenes::lattice(10, 2, 4), 1.0, Vec3::splat(300.0));
+    [near, far].concat()
+}
+
+/// Few, since each is asked of every damaged image.
+pub fn some_rays(triangles: &[Triangle]) -> Vec<Ray> {
+    rays::around(triangles, 6, 1)
 }
 
 fn assert_bounded(kind: IndexKind, counters: &Counters, most: u64) {

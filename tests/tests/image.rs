@@ -3,21 +3,17 @@
 //! `from_bytes` must not panic, and what it accepts must be safe to query. See
 //! `arboleda_tests::hostile` for what "safe" means.
 
-use arboleda::{ImageError, IndexKind, Level, Options, Ray, Scene, Triangle, Vec3};
+use arboleda::{ImageError, IndexKind, Level, Options, Scene, Vec3};
 use arboleda_tests::build::Built;
-use arboleda_tests::hostile::{is_harmless, offset_in, small_options, with_words};
+use arboleda_tests::hostile::{
+    self, is_harmless, offset_in, small_options, some_rays, two_lattices, with_words,
+};
 use arboleda_tests::random::Random;
-use arboleda_tests::{parallel, rays, scenes};
+use arboleda_tests::{parallel, scenes};
 
 const DEBUG: bool = cfg!(debug_assertions);
 
-/// A small image of every kind, with several clusters where the kind has any.
-fn two_lattices() -> Vec<Triangle> {
-    let near = scenes::lattice(14, 2, 3);
-    let far = scenes::moved(&scenes::lattice(10, 2, 4), 1.0, Vec3::splat(300.0));
-    [near, far].concat()
-}
-
+/// A small image of every kind.
 fn images() -> Vec<Built> {
     let triangles = two_lattices();
     let built = IndexKind::ALL.iter().map(|&kind| {
@@ -26,20 +22,11 @@ fn images() -> Vec<Built> {
     built.collect()
 }
 
-/// Few, since each is asked of every damaged image.
-fn some_rays(triangles: &[Triangle]) -> Vec<Ray> {
-    rays::around(triangles, 6, 1)
-}
-
 #[test]
 fn every_truncation_is_refused() {
     for image in images() {
         let bytes = image.bytes();
-        for length in 0..bytes.len() {
-            let cut = Built::copied(image.kind(), &bytes[..length]);
-            let error = image.kind().from_bytes(cut.bytes()).err();
-            assert_eq!(error, Some(ImageError::Truncated), "{length} of {} bytes", bytes.len());
-        }
+        hostile::every_truncation_is_refused(&image, |cut| image.kind().from_bytes(cut).err());
         // What comes after an image is not part of it.
         let longer = Built::copied(image.kind(), &[bytes, &[0xff; 100]].concat());
         let index = longer.index();
@@ -51,20 +38,7 @@ fn every_truncation_is_refused() {
 fn every_flipped_bit_is_harmless() {
     for image in images() {
         let rays = some_rays(&two_lattices());
-        let bits = image.bytes().len() * 8;
-        let accepted = parallel::map(bits.div_ceil(64), |job| {
-            let mut damaged = Built::copied(image.kind(), image.bytes());
-            let mut accepted = 0;
-            for bit in (job * 64..bits).take(64) {
-                damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
-                accepted += is_harmless(&damaged, &rays);
-                damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
-            }
-            accepted
-        });
-        // A coordinate may be any other; a header may not.
-        let accepted: usize = accepted.iter().sum();
-        assert!(accepted > 0 && accepted < bits, "{} {accepted} of {bits}", image.kind().name());
+        hostile::every_flipped_bit_is_harmless(&image, |damaged| is_harmless(damaged, &rays));
     }
 }
 

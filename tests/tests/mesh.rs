@@ -5,15 +5,17 @@
 //! `arboleda_tests::checks`.
 
 use arboleda::{
-    BuildError, ImageError, Index, IndexKind, LeanOctree, Mesh, MeshError, Options, Ray, RayIndex,
-    Scene, Triangle, Vec3,
+    BuildError, ImageError, Index, IndexKind, LeanOctree, Mesh, MeshError, Options, RayIndex,
+    Scene, Vec3,
 };
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::{all_hits, is_the_same};
-use arboleda_tests::hostile::{is_harmless_beside, small_options, with_words_beside};
+use arboleda_tests::hostile::{
+    self, is_harmless_beside, small_options, some_rays, two_lattices, with_words_beside,
+};
 use arboleda_tests::random::Random;
 use arboleda_tests::scenes::welded;
-use arboleda_tests::{parallel, rays, scenes};
+use arboleda_tests::{rays, scenes};
 
 const DEBUG: bool = cfg!(debug_assertions);
 
@@ -22,15 +24,9 @@ fn kinds() -> impl Iterator<Item = IndexKind> {
     IndexKind::ALL.iter().copied().filter(|kind| !kind.holds_triangles())
 }
 
-fn two_groups() -> Vec<Triangle> {
-    let near = scenes::lattice(14, 2, 3);
-    let far = scenes::moved(&scenes::lattice(10, 2, 4), 1.0, Vec3::splat(300.0));
-    [near, far].concat()
-}
-
 #[test]
 fn however_the_mesh_is_kept_the_index_is_the_same() {
-    let triangles = [scenes::icosphere(2), scenes::soup(300, 7), two_groups()].concat();
+    let triangles = [scenes::icosphere(2), scenes::soup(300, 7), two_lattices()].concat();
     let (vertices, corners) = welded(&triangles);
     assert!(vertices.len() < 2 * triangles.len(), "nothing is shared");
     let indexed = Mesh::Indexed { vertices: &vertices, corners: &corners };
@@ -58,7 +54,7 @@ fn however_the_mesh_is_kept_the_index_is_the_same() {
 
 #[test]
 fn whole_objects_beside_a_mesh() {
-    let triangles = two_groups();
+    let triangles = two_lattices();
     let objects: Vec<u32> = (0..triangles.len() as u32).map(|at| at / 3).collect();
     let rays = rays::around(&triangles, 100, 3);
     let expected: Vec<_> = rays.iter().map(|ray| all_hits(&triangles, ray)).collect();
@@ -106,7 +102,7 @@ fn what_holds_the_triangles_is_not_built_beside_them() {
 
 #[test]
 fn an_index_takes_no_other_mesh_than_its_own() {
-    let triangles = two_groups();
+    let triangles = two_lattices();
     let (vertices, corners) = welded(&triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
     for kind in kinds() {
@@ -195,38 +191,20 @@ fn images(mesh: Mesh<'_>, options: &Options) -> Vec<Built> {
     built.map(|built| built.expect("an ordinary scene")).collect()
 }
 
-/// Few, since each is asked of every damaged image.
-fn some_rays(triangles: &[Triangle]) -> Vec<Ray> {
-    rays::around(triangles, 6, 1)
-}
-
 #[test]
 fn every_truncation_and_every_flipped_bit_is_harmless_beside_a_mesh() {
-    let triangles = two_groups();
+    let triangles = two_lattices();
     let (vertices, corners) = welded(&triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
     let rays = some_rays(&triangles);
     for image in images(mesh, &small_options()) {
-        let bytes = image.bytes();
-        for length in 0..bytes.len() {
-            let cut = Built::copied(image.kind(), &bytes[..length]);
-            let error = image.kind().from_bytes_beside(cut.bytes(), mesh).err();
-            assert_eq!(error, Some(ImageError::Truncated), "{length} of {} bytes", bytes.len());
-        }
-        let bits = bytes.len() * 8;
-        let accepted = parallel::map(bits.div_ceil(64), |job| {
-            let mut damaged = Built::copied(image.kind(), image.bytes());
-            let mut accepted = 0;
-            for bit in (job * 64..bits).take(64) {
-                damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
-                accepted += is_harmless_beside(&damaged, Some(mesh), &rays);
-                accepted += is_harmless_beside(&damaged, None, &rays);
-                damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
-            }
-            accepted
+        hostile::every_truncation_is_refused(&image, |cut| {
+            image.kind().from_bytes_beside(cut, mesh).err()
         });
-        let accepted: usize = accepted.iter().sum();
-        assert!(accepted > 0 && accepted < bits, "{} {accepted} of {bits}", image.kind().name());
+        hostile::every_flipped_bit_is_harmless(&image, |damaged| {
+            is_harmless_beside(damaged, Some(mesh), &rays)
+                + is_harmless_beside(damaged, None, &rays)
+        });
     }
 }
 
