@@ -1,5 +1,7 @@
 //! One scene, all contenders: build, check, then time.
 
+use std::cell::LazyCell;
+use std::ops::Deref;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene};
@@ -130,11 +132,12 @@ pub fn compare(
     // 1. Build ours and, each by its best setting, the others.
     let scene = model.scene();
     let triangle_count = model.triangles.len();
-    let mesh = Mesh::welded(&model.triangles);
-    let beside = Scene::of(mesh.kept()).beside();
+    // Only where it is asked for.
+    let mesh = LazyCell::new(|| Mesh::welded(&model.triangles));
     let build = |&kind: &IndexKind| {
-        let scene = if ours::is_beside(kind) { &beside } else { &scene };
-        let build = || OwnedIndex::build(kind, scene, &Options::default());
+        let beside = ours::is_beside(kind);
+        let scene = if beside { Scene::of(mesh.kept()).beside() } else { scene };
+        let build = || OwnedIndex::build(kind, &scene, &Options::default());
         let built = tune::fastest_build(triangle_count, build, OwnedIndex::build_seconds);
         progress();
         built
@@ -225,7 +228,7 @@ pub fn compare(
 }
 
 /// An index of ours, beside the mesh if it was built so.
-fn read<'a>(index: &'a OwnedIndex, mesh: &'a Mesh) -> AnyIndex<'a> {
+fn read<'a>(index: &'a OwnedIndex, mesh: &'a impl Deref<Target = Mesh>) -> AnyIndex<'a> {
     if ours::is_beside(index.kind()) { index.index_beside(mesh.kept()) } else { index.index() }
 }
 
