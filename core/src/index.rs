@@ -217,7 +217,8 @@ impl<'a, R: Representation> Index<'a, R> {
         let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
         let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
         let mut words = Words::new(bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default());
-        let division = Division { triangles, clusters: &clusters, nodes: &mut *nodes };
+        let division =
+            Division { triangles, rays: scene.rays, clusters: &clusters, nodes: &mut *nodes };
         R::Structure::build(division, options, &mut words, scratch, executor)?;
         if words.len() > u32::MAX as usize {
             return Err(BuildError::TooLarge);

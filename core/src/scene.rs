@@ -2,10 +2,10 @@
 
 use crate::auto::CostModel;
 use crate::indices::MOST_CELLS_ON_AXIS;
-use crate::{BuildError, Mesh, Triangle};
+use crate::{BuildError, Mesh, Ray, Triangle};
 
-/// The triangles of a scene, which whole objects they belong to where that is known, and whether an index of
-/// them has a copy.
+/// The triangles of a scene, which whole objects they belong to and which rays it will be asked about where that
+/// is known, and whether an index of them has a copy.
 ///
 /// # Examples
 /// An index beside a mesh that is kept anyway reads the triangles where they lie, and is read back beside them.
@@ -32,6 +32,7 @@ pub struct Scene<'a> {
     pub(crate) objects: Option<&'a [u32]>,
     /// Whether an index has no copy of the triangles.
     pub(crate) beside: bool,
+    pub(crate) rays: &'a [Ray],
 }
 
 impl<'a> Scene<'a> {
@@ -42,7 +43,7 @@ impl<'a> Scene<'a> {
 
     /// As [`Scene::new`], of a mesh.
     pub const fn of(mesh: Mesh<'a>) -> Self {
-        Self { triangles: mesh, objects: None, beside: false }
+        Self { triangles: mesh, objects: None, beside: false, rays: &[] }
     }
 
     /// A scene whose primitives are whole objects; see [`Scene::objects`].
@@ -62,6 +63,14 @@ impl<'a> Scene<'a> {
     #[must_use]
     pub const fn beside(self) -> Self {
         Self { beside: true, ..self }
+    }
+
+    /// The same scene, and rays such as it will be asked about: some hundred are enough. The automatic resolution
+    /// of grids and [`auto::select`](crate::auto::select) try their choices on them; without any, on a sample of the
+    /// scene's own. No answer depends on them.
+    #[must_use]
+    pub const fn rays(self, rays: &'a [Ray]) -> Self {
+        Self { rays, ..self }
     }
 
     /// The triangles, by id.
@@ -182,7 +191,7 @@ pub enum Level {
 /// How many cells a uniform grid has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Resolution {
-    /// Found by estimated cost.
+    /// Found by what it takes to answer some rays: the [scene's](Scene::rays), or a sample.
     Automatic,
     /// So many nearly cubic cells for each triangle of the group; above 0, at most 1024.
     CellsPerTriangle(f32),

@@ -21,7 +21,7 @@ fn build(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(model.triangles.len() as u64)).sample_size(10);
         for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != IndexKind::Linear) {
             let case = Case::usual(kind);
-            let owned = run::build(&model, &case).expect("the defaults are valid");
+            let owned = run::build(&model, &case, &[]).expect("the defaults are valid");
             run::checked(&owned.index(), &rays, PHOTONS).expect("every index agrees");
             let mut arena = vec![Block::ZERO; Block::count(owned.bytes())];
             let mut scratch = vec![Block::ZERO; Block::count(owned.scratch_bytes())];

@@ -24,7 +24,8 @@ fn query(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("query/{name}"));
         group.throughput(Throughput::Elements(rays.of_first(PHOTONS).len() as u64)).sample_size(20);
         for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != IndexKind::Linear) {
-            let owned = build(&model, &Case::usual(kind)).expect("the defaults are valid");
+            let owned =
+                build(&model, &Case::usual(kind), rays.sample()).expect("the defaults are valid");
             let index = owned.index();
             checked(&index, &rays, PHOTONS).expect("every index agrees with the guide");
             let index = index.as_ray_index();

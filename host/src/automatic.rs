@@ -1,7 +1,7 @@
 //! The automatic selection, with memory from the heap.
 
 use arboleda::auto::{Selection, USUAL, select};
-use arboleda::{Block, BuildError, Options, Ray, Scene};
+use arboleda::{Block, BuildError, Options, Scene};
 
 /// An index that needs more bytes a triangle than this is left out: the grids and octrees worth having stay
 /// below a quarter of it.
@@ -13,16 +13,12 @@ const LEAST_BYTES: usize = 1 << 20;
 ///
 /// # Errors
 /// As there.
-pub fn select_index(
-    scene: &Scene<'_>,
-    options: &Options,
-    rays: &[Ray],
-) -> Result<Selection, BuildError> {
+pub fn select_index(scene: &Scene<'_>, options: &Options) -> Result<Selection, BuildError> {
     let count = scene.triangles().len();
     let scratch_bytes = USUAL.iter().map(|kind| kind.scratch_capacity(count, options)).max();
     let mut scratch = vec![Block::ZERO; Block::count(scratch_bytes.unwrap_or(0))];
     let arena_bytes = LEAST_BYTES + count * BYTES_PER_TRIANGLE;
     let mut arena = vec![Block::ZERO; Block::count(arena_bytes)];
     let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
-    select(scene, options, USUAL, rays, arena, scratch)
+    select(scene, options, USUAL, arena, scratch)
 }

@@ -1,7 +1,10 @@
 //! Every index gives the answers of testing every triangle, bit for bit, in exactly the memory it
 //! asks for: on random scenes, and on each kind of scene that is likely to break something.
 
-use arboleda::{BuildError, IndexKind, Level, MeshError, Options, Ray, Scene, Triangle, Vec3};
+use arboleda::{
+    BuildError, Counters, IndexKind, Level, MeshError, Options, Ray, RayIndex, Scene, Triangle,
+    Vec3,
+};
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::every_index_equals_linear;
 use arboleda_tests::random::Random;
@@ -162,6 +165,38 @@ fn whole_objects_are_indexed_like_triangles() {
                 arboleda_tests::checks::answers_equal(&built.index(), &ray, &expected);
             }
         }
+    }
+}
+
+/// The cells of grids are chosen by the rays to come, if enough of them pass; no other index depends on them.
+#[test]
+fn grids_go_by_the_rays_given() {
+    let near = scenes::icosphere(3);
+    let far = scenes::moved(&near, 1.0, Vec3::new(500.0, 0.0, 0.0));
+    let triangles = [near, far].concat();
+    // All stay around one of the spheres: a grid over both may be as fine as that needs.
+    let some = rays::around(&triangles[..triangles.len() / 2], 300, 1);
+    let inside = |rays| {
+        let built = |&kind: &IndexKind| {
+            build_exactly(kind, &Scene::new(&triangles).rays(rays), &Options::default())
+        };
+        IndexKind::ALL.iter().map(built).collect::<Result<Vec<_>, _>>().unwrap()
+    };
+    let (without, few, with) = (inside(&[]), inside(&some[..3]), inside(&some));
+    for ((without, few), with) in without.iter().zip(few).zip(with) {
+        let name = with.kind().name();
+        assert_eq!(without.bytes(), few.bytes(), "{name}");
+        assert_eq!(without.bytes() != with.bytes(), name.contains("grid"), "{name}");
+        let cost = |built: &Built| {
+            let mut counters = Counters::default();
+            for ray in &some {
+                built.index().closest_hit_counted(ray, &mut counters);
+            }
+            let model = with.kind().cost_model();
+            model.traversal * counters.nodes_visited as f64
+                + model.intersection * counters.triangle_tests as f64
+        };
+        assert!(cost(&with) <= cost(without), "{name}: {} {}", cost(&with), cost(without));
     }
 }
 

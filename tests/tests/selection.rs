@@ -22,10 +22,9 @@ fn select_within(
     let mut arena = vec![Block::ZERO; Block::count(arena_bytes)];
     let mut scratch = scratch_for(triangles);
     select(
-        &Scene::new(triangles),
+        &Scene::new(triangles).rays(rays),
         &Options::default(),
         candidates,
-        rays,
         &mut Block::bytes(&mut arena)[..arena_bytes],
         Block::bytes(&mut scratch),
     )

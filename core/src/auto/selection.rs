@@ -94,11 +94,11 @@ impl Selection {
     }
 }
 
-/// Chooses an index for a scene: builds each candidate in the arena, answers `rays` with it, and weighs what that
-/// took.
+/// Chooses an index for a scene: builds each candidate in the arena, answers the [scene's rays](Scene::rays) with
+/// it, and weighs what that took.
 ///
-/// Without rays, the scene's own sample is taken: 1,024 rays, two thirds of them lines through the scene's box, the
-/// rest light that reaches triangles.
+/// Without rays, a sample is taken: 1,024 rays, two thirds of them lines through the scene's box, the rest light that
+/// reaches triangles.
 /// [`IndexKind::Linear`] is not asked, since what it takes is known. A candidate named twice counts once. The
 /// arena's contents are undefined afterwards; build the chosen kind in it with the same options.
 ///
@@ -117,7 +117,7 @@ impl Selection {
 /// let (scene, options) = (Scene::new(&triangles), Options::default());
 /// let (mut arena, mut scratch) = ([Block::ZERO; 64], [Block::ZERO; 64]);
 /// let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
-/// let selection = select(&scene, &options, auto::USUAL, &[], arena, scratch)?;
+/// let selection = select(&scene, &options, auto::USUAL, arena, scratch)?;
 /// assert_eq!(selection.candidates().len(), auto::USUAL.len());
 /// let index = selection.kind().build(&scene, &options, arena, scratch)?;
 /// # Ok::<(), arboleda::BuildError>(())
@@ -126,7 +126,6 @@ pub fn select(
     scene: &Scene<'_>,
     options: &Options,
     candidates: &[IndexKind],
-    rays: &[Ray],
     arena: &mut [u8],
     scratch: &mut [u8],
 ) -> Result<Selection, BuildError> {
@@ -136,7 +135,7 @@ pub fn select(
         if estimates.iter().any(|known: &Candidate| known.kind == kind) {
             continue;
         }
-        let expectation = match expect(kind, scene, options, rays, arena, scratch) {
+        let expectation = match expect(kind, scene, options, arena, scratch) {
             Ok(cost) => {
                 least = if cost.nanoseconds < least { cost.nanoseconds } else { least };
                 Expectation::Fits(cost)
@@ -184,7 +183,6 @@ fn expect(
     kind: IndexKind,
     scene: &Scene<'_>,
     options: &Options,
-    rays: &[Ray],
     arena: &mut [u8],
     scratch: &mut [u8],
 ) -> Result<Cost, BuildError> {
@@ -205,10 +203,10 @@ fn expect(
             counters.triangle_tests += scene.triangles().len() as u64;
         }
     };
-    if rays.is_empty() {
+    if scene.rays.is_empty() {
         sample::for_each_ray(scene.triangles().iter(), RAYS, &mut ask);
     } else {
-        rays.iter().for_each(&mut ask);
+        scene.rays.iter().for_each(&mut ask);
     }
     // An empty scene has no rays of its own.
     let per_ray = 1.0 / if count > 0 { count as f64 } else { 1.0 };

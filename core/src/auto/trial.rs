@@ -23,13 +23,19 @@ use crate::query::{Closest, Query, TriangleId};
 pub(crate) struct Tried {
     origin: [f32; 3],
     direction: [f32; 3],
+    t_min: f32,
     end: f32,
 }
+
+/// The fewest rays to judge by. A group that fewer of the caller's rays pass is tried on rays of its own.
+const FEWEST: usize = 32;
+/// The most of the caller's rays that are looked at for one group: ten times what it is tried on.
+const LOOKED_AT: usize = 4096;
 
 /// How many rays a group of so many triangles is tried on: enough that another choice of them changes little,
 /// and few beside the triangles that are filed for each trial.
 pub(crate) fn ray_count(triangle_count: usize) -> usize {
-    triangle_count.clamp(32, 384)
+    triangle_count.clamp(FEWEST, 384)
 }
 
 /// Rays through a group.
@@ -39,23 +45,37 @@ pub(crate) struct Trial<'s> {
 }
 
 impl<'s> Trial<'s> {
-    /// Fills `room` with rays for some triangles; `find` finds the closest hit of each.
+    /// Fills `room` with rays for some triangles: those of the rays `given` that meet their box, evenly, or where
+    /// there are too few of them a sample; `find` finds the closest hit of each.
     pub fn new(
         triangles: impl Iterator<Item = Triangle> + Clone,
         bounds: &Aabb,
+        given: &[Ray],
         room: &'s mut [Tried],
         mut find: impl FnMut(&RaySpan, Span, &mut Closest<'_, ()>),
     ) -> Self {
         let mut slots = room.iter_mut();
+        let wanted = slots.len();
         let mut count = 0;
-        sample::for_each_ray(triangles, slots.len() as u32, |ray| {
+        let add = |ray: &Ray| {
             let Some(slot) = slots.next() else { return };
             let mut query = Closest::new(ray, ());
             clipped(ray, bounds, |ray, span| find(ray, span, &mut query));
             let (origin, direction) = (ray.origin().to_array(), ray.direction().to_array());
-            *slot = Tried { origin, direction, end: query.last_t() };
+            *slot = Tried { origin, direction, t_min: ray.t_min(), end: query.last_t() };
             count += 1;
-        });
+        };
+        let meets = |ray: &&Ray| {
+            let ray = RaySpan::new(ray);
+            !ray.clip(bounds, ray.whole()).is_empty()
+        };
+        let given = given.iter().step_by(given.len().div_ceil(LOOKED_AT).max(1)).filter(meets);
+        let met = given.clone().count();
+        if met < FEWEST {
+            sample::for_each_ray(triangles, wanted as u32, add);
+        } else {
+            given.step_by(met.div_ceil(wanted.max(1)).max(1)).for_each(add);
+        }
         Self { bounds: *bounds, rays: room.get(..count).unwrap_or(&[]) }
     }
 
@@ -68,7 +88,8 @@ impl<'s> Trial<'s> {
         let (mut nodes, mut tests) = (0_u64, 0_u64);
         for tried in self.rays {
             let [origin, direction] = [tried.origin, tried.direction].map(Vec3::from_array);
-            let Ok(ray) = Ray::new(origin, direction) else { continue };
+            let ray = Ray::with_interval(origin, direction, tried.t_min, f32::INFINITY);
+            let Ok(ray) = ray else { continue };
             let mut query = Ended { ray: &ray, end: tried.end, nodes: 0, tests: 0 };
             clipped(&ray, &self.bounds, |ray, span| walk(ray, span, &mut query));
             nodes += query.nodes;

@@ -42,10 +42,11 @@ impl<L: LocalIndex> Structure for L {
         scratch: &mut [u8],
         _: &impl Executor,
     ) -> Result<(), BuildError> {
-        let triangles = division.triangles;
+        let Division { triangles, rays, .. } = division;
         for (leaf, ids) in division.nodes.iter_mut().zip(division.clusters.iter()) {
             let first = words.len();
-            L::build(&Group { triangles, ids, bounds: leaf.bounds }, options, words, scratch)?;
+            let group = Group { triangles, rays, ids, bounds: leaf.bounds };
+            L::build(&group, options, words, scratch)?;
             leaf.links = [first as u32, (words.len() - first) as u32];
         }
         Ok(())

@@ -44,7 +44,7 @@ use crate::geometry::{Aabb, RaySpan, Span};
 use crate::index::Representation;
 use crate::memory::{ClusterNode, Image, Words};
 use crate::query::{Query, TriangleId};
-use crate::{BuildError, Executor, Mesh, Options, Vectors};
+use crate::{BuildError, Executor, Mesh, Options, Ray, Vectors};
 
 /// A spatial index over one group of triangles, written as a run of `u32` words.
 ///
@@ -158,6 +158,8 @@ impl<S: Structure> Representation for S {
 pub struct Division<'a> {
     /// All triangles of the scene.
     pub triangles: Mesh<'a>,
+    /// Rays such as the index will be asked about, if that is known.
+    pub rays: &'a [Ray],
     /// The clusters; one if they are not asked for.
     pub clusters: &'a Clusters<'a>,
     /// The cluster tree; a leaf's links are the structure's affair.
@@ -179,6 +181,8 @@ impl Division<'_> {
 pub struct Group<'a> {
     /// All triangles of the scene.
     pub triangles: Mesh<'a>,
+    /// Rays such as the scene will be asked about, if that is known; they need not come near the group.
+    pub rays: &'a [Ray],
     /// Those of the group, ascending; at least one.
     pub ids: &'a [u32],
     /// The smallest box around the group.

@@ -110,7 +110,7 @@ fn measure(
 ) -> anyhow::Result<Vec<Measurement>> {
     let built = cases(kind)
         .into_par_iter()
-        .map(|case| Ok((build(model, &case)?, case)))
+        .map(|case| Ok((build(model, &case, rays.sample())?, case)))
         .collect::<anyhow::Result<Vec<(OwnedIndex, Case)>>>()?;
     let mut digests = Vec::new();
     let mut contest = Vec::new();

@@ -9,9 +9,6 @@ use super::run::{Measurement, check_against_oracle, measure};
 use crate::scene::Model;
 use crate::select_index;
 
-/// The photons by whose rays the automatic selection chooses.
-const SAMPLE_PHOTONS: u64 = 512;
-
 /// All indices on one scene.
 pub struct SceneComparison {
     /// The scene.
@@ -71,7 +68,7 @@ pub fn run(
     let effort = Effort { share: Share::Own, ..*effort };
     let measured = measure(model, &cases, &rays, &effort, progress)?;
     let options = Options::default();
-    let by_sample = select_index(&model.scene(), &options, &[])?;
-    let by_rays = select_index(&model.scene(), &options, rays.of_first(SAMPLE_PHOTONS))?;
+    let by_sample = select_index(&model.scene(), &options)?;
+    let by_rays = select_index(&model.scene().rays(rays.sample()), &options)?;
     Ok(SceneComparison { scene: model.name.clone(), measured, by_sample, by_rays })
 }

@@ -71,7 +71,7 @@ pub fn lines() -> anyhow::Result<String> {
         )?;
         for &kind in IndexKind::ALL {
             let photons = if kind == IndexKind::Linear { LINEAR_PHOTONS } else { PHOTONS };
-            let owned = build(&model, &Case::usual(kind))?;
+            let owned = build(&model, &Case::usual(kind), rays.sample())?;
             let index = owned.index();
             let closest = checked(&index, &rays, photons)?;
             let mut any = Counters::default();

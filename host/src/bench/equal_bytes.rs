@@ -76,10 +76,10 @@ mod tests {
         let model = fig2();
         let kind = IndexKind::GridHierarchy;
         for density in [0.5, 1.0, 3.0] {
-            let other = build(&model, &Case::at_density(kind, density)).unwrap().bytes();
+            let other = build(&model, &Case::at_density(kind, density), &[]).unwrap().bytes();
             let triangle_bytes = size_of_val(model.triangles.as_slice());
             let (case, bytes) = grid_of_bytes(kind, &model, other - triangle_bytes).unwrap();
-            assert_eq!(bytes + triangle_bytes, build(&model, &case).unwrap().bytes());
+            assert_eq!(bytes + triangle_bytes, build(&model, &case, &[]).unwrap().bytes());
             // The search ends within a tenth of the tolerance, not at the very density.
             let wanted = (other - triangle_bytes) as f64;
             let off = (bytes as f64 - wanted).abs() / wanted;

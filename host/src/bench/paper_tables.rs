@@ -224,7 +224,7 @@ struct LevelPlan {
 impl LevelPlan {
     fn at(model: &Model, level: u32) -> anyhow::Result<Self> {
         let octree = Case::at_level(IndexKind::OctreeHierarchy, level);
-        let built = build(model, &octree)?;
+        let built = build(model, &octree, &[])?;
         let index = built.index();
         let wanted = built.bytes() - size_of_val(model.triangles.as_slice());
         let pointer_bytes = pointer_octree_bytes(&index.check()?, index.image().cluster_count());

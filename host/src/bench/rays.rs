@@ -15,6 +15,9 @@ use crate::scene::Model;
 /// The index that finds the rays, and the hits that others are compared with.
 const GUIDE: IndexKind = IndexKind::Bvh;
 
+/// Photons whose rays indices are built and selected by.
+pub const SAMPLE_PHOTONS: u64 = 512;
+
 /// The rays of some photons in order, and what each hits.
 ///
 /// Invariants: `hits` has one entry for each ray; `ends` ascends, and its last entry is the number of
@@ -56,6 +59,11 @@ impl RaySet {
     /// What the photons were drawn with.
     pub fn seed(&self) -> u64 {
         self.seed
+    }
+
+    /// Those to build and select indices by.
+    pub fn sample(&self) -> &[Ray] {
+        self.of_first(SAMPLE_PHOTONS)
     }
 
     /// The rays of the first photons.

@@ -120,12 +120,12 @@ pub fn check_against_oracle(model: &Model, rays: &RaySet) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// Builds an index of a model as a case says.
+/// Builds an index of a model as a case says, for rays such as these; where the case says all, they do not matter.
 ///
 /// # Errors
 /// If an option is out of range.
-pub fn build(model: &Model, case: &Case) -> anyhow::Result<OwnedIndex> {
-    OwnedIndex::build(case.kind, &model.scene(), &case.options)
+pub fn build(model: &Model, case: &Case, rays: &[Ray]) -> anyhow::Result<OwnedIndex> {
+    OwnedIndex::build(case.kind, &model.scene().rays(rays), &case.options)
         .with_context(|| format!("cannot build {} of {}", case.kind.name(), model.name))
 }
 
@@ -141,7 +141,8 @@ pub fn measure(
     progress: &mut dyn FnMut(),
 ) -> anyhow::Result<Vec<Measurement>> {
     // 1. Build.
-    let built = cases.iter().map(|case| build(model, case)).collect::<anyhow::Result<Vec<_>>>()?;
+    let built = cases.iter().map(|case| build(model, case, rays.sample()));
+    let built = built.collect::<anyhow::Result<Vec<_>>>()?;
     measure_built(model, cases, &built, rays, effort, progress)
 }
 

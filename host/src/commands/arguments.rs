@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use arboleda::{BvhBuild, IndexKind, Level, Options, Ray, Resolution, Scene};
+use arboleda::{BvhBuild, IndexKind, Level, Options, Resolution, Scene};
 use clap::Args;
 
 use crate::owned_index::{kind_by_name, kind_names};
@@ -124,22 +124,16 @@ pub struct IndexChoice {
 }
 
 impl IndexChoice {
-    /// The kinds named. The automatic choice is tried on some of the rays to come, or on a sample of the scene's own
-    /// if there are none; it prints why on stderr.
+    /// The kinds named. The automatic choice prints why on stderr.
     ///
     /// # Errors
     /// For an unknown name; lists the known ones. If the scene cannot be indexed.
-    pub fn kinds(
-        &self,
-        scene: &Scene<'_>,
-        options: &Options,
-        rays: impl FnOnce() -> anyhow::Result<Vec<Ray>>,
-    ) -> anyhow::Result<Vec<IndexKind>> {
+    pub fn kinds(&self, scene: &Scene<'_>, options: &Options) -> anyhow::Result<Vec<IndexKind>> {
         if self.is_all() {
             return Ok(IndexKind::ALL.to_vec());
         }
         if self.index == "auto" {
-            let selection = select_index(scene, options, &rays()?)?;
+            let selection = select_index(scene, options)?;
             eprintln!("{selection}");
             return Ok(vec![selection.kind()]);
         }
@@ -148,6 +142,11 @@ impl IndexChoice {
             format!("there is no index {:?}; there are {names}, all and auto", self.index)
         })?;
         Ok(vec![kind])
+    }
+
+    /// Whether what is chosen or built depends on the rays of the scene: it does for grids.
+    pub fn goes_by_rays(&self) -> bool {
+        self.is_all() || self.index == "auto" || self.index.contains("grid")
     }
 
     /// Whether `all` was asked for.

@@ -73,11 +73,10 @@ impl Cast {
         let rays = read_rays(&self.rays)?;
         report_refused(&rays);
         let model = self.scene.load()?;
-        let scene = self.build.scene(&model);
-        let kinds = self.index.kinds(&scene, &self.build.options(), || {
-            let step = rays.len().div_ceil(SAMPLE_RAYS).max(1);
-            Ok(rays.iter().step_by(step).filter_map(|ray| ray.ok()).collect())
-        })?;
+        let step = rays.len().div_ceil(SAMPLE_RAYS).max(1);
+        let some: Vec<Ray> = rays.iter().step_by(step).filter_map(|ray| ray.ok()).collect();
+        let scene = self.build.scene(&model).rays(&some);
+        let kinds = self.index.kinds(&scene, &self.build.options())?;
         for &kind in &kinds {
             let owned =
                 OwnedIndex::build_with(kind, &scene, &self.build.options(), &Threads::default())?;

@@ -10,6 +10,7 @@ use super::inspect::{ALWAYS, describe};
 use super::output::say;
 use super::shoot::{Comparison, check_digests, paint_light, print_rows};
 use crate::OwnedIndex;
+use crate::bench::rays::{RaySet, SAMPLE_PHOTONS};
 use crate::photon::{Counting, ShootOptions};
 use crate::report::{Canvas, paint_clusters};
 use crate::scene::{self, UpAxis};
@@ -48,14 +49,16 @@ impl Demo {
             counting: Counting::On,
             ..ShootOptions::default()
         };
-        let rows = Comparison { model: &model, build: &self.build, options }.run(IndexKind::ALL)?;
+        let sample = RaySet::shoot(&model, SAMPLE_PHOTONS, options.seed)?;
+        let scene = self.build.scene(&model).rays(sample.sample());
+        let build = self.build.options();
+        let rows = Comparison { model: &model, scene, build, options }.run(IndexKind::ALL)?;
         check_digests(&rows)?;
         print_rows(&rows);
 
         let mut light = Canvas::new(width, height);
         if let Some(row) = rows.last() {
-            let scene = self.build.scene(&model);
-            let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &self.build.options())?;
+            let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &build)?;
             paint_light(&mut light, &owned, &model, &row.shot, up);
         }
         let mut both = Canvas::new(2 * width, height);

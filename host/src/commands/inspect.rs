@@ -47,7 +47,7 @@ impl Inspect {
         };
         let up = self.scene.up.vector(&model);
         let (scene, options) = (self.build.scene(&model), self.build.options());
-        let mut kinds = self.index.kinds(&scene, &options, || Ok(Vec::new()))?;
+        let mut kinds = self.index.kinds(&scene, &options)?;
         for kind in ALWAYS {
             if !kinds.contains(&kind) {
                 kinds.push(kind);

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
-use arboleda::{IndexKind, Vec3};
+use arboleda::{IndexKind, Options, Scene, Vec3};
 use clap::Args;
 
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{bytes, count, duration, photon_bar, say, table};
-use crate::bench::rays::RaySet;
+use crate::bench::rays::{RaySet, SAMPLE_PHOTONS};
 use crate::photon::{Counting, Digest, ShootOptions, Shot, shoot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::{AreaLight, Model};
@@ -16,8 +16,6 @@ use crate::{OwnedIndex, Threads};
 
 /// With `--index all`, the linear scan answers so many photons only, and the others as many again.
 pub const LINEAR_PHOTONS: u64 = 256;
-/// The first photons, on whose rays the automatic choice of an index is tried.
-const SAMPLE_PHOTONS: u64 = 512;
 
 #[derive(Args)]
 pub struct Shoot {
@@ -86,12 +84,15 @@ impl Shoot {
             counting: if self.counters { Counting::On } else { Counting::Off },
             ..ShootOptions::default()
         };
-        let kinds = self.index.kinds(&self.build.scene(&model), &self.build.options(), || {
-            let rays = RaySet::shoot(&model, SAMPLE_PHOTONS.min(self.photons), self.seed);
-            // Without light there are no rays, and nothing to choose by but the scene.
-            Ok(rays.map_or_else(|_| Vec::new(), |rays| rays.of_first(SAMPLE_PHOTONS).to_vec()))
-        })?;
-        let comparison = Comparison { model: &model, build: &self.build, options };
+        // Without light there are no rays, and nothing to go by but the scene.
+        let sample = self
+            .index
+            .goes_by_rays()
+            .then(|| RaySet::shoot(&model, SAMPLE_PHOTONS.min(self.photons), self.seed).ok());
+        let sample = sample.flatten();
+        let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], RaySet::sample));
+        let kinds = self.index.kinds(&scene, &self.build.options())?;
+        let comparison = Comparison { model: &model, scene, build: self.build.options(), options };
         let rows = comparison.run(&kinds)?;
         check_digests(&rows)?;
         print_rows(&rows);
@@ -144,10 +145,12 @@ pub struct Row {
 
 /// The same photons through several indices.
 pub struct Comparison<'m> {
-    /// The scene.
+    /// The lights and what they shine on.
     pub model: &'m Model,
-    /// How the indices are built.
-    pub build: &'m BuildArguments,
+    /// What the indices are built of.
+    pub scene: Scene<'m>,
+    /// How they are built.
+    pub build: Options,
     /// How many photons, and on how many threads.
     pub options: ShootOptions,
 }
@@ -164,10 +167,9 @@ impl Comparison<'_> {
             ..self.options.clone()
         };
         let threads = Threads::new(self.options.threads);
-        let (scene, options) = (self.build.scene(self.model), self.build.options());
         let mut rows = Vec::new();
         for &kind in kinds {
-            let owned = OwnedIndex::build_with(kind, &scene, &options, &threads)
+            let owned = OwnedIndex::build_with(kind, &self.scene, &self.build, &threads)
                 .with_context(|| format!("cannot build {}", kind.name()))?;
             let index = owned.index();
             let clusters = index.image().cluster_count();

@@ -158,7 +158,7 @@ fn try_rays<'r>(group: &Group<'_>, room: &mut [u32], rays: &'r mut [Tried]) -> T
     }
     let local = Local { triangles: group.triangles, bounds: group.bounds, words };
     let triangles = triangles_of(group).map(|(_, triangle)| triangle);
-    Trial::new(triangles, &group.bounds, rays, |ray, span, query| {
+    Trial::new(triangles, &group.bounds, group.rays, rays, |ray, span, query| {
         // The closest hit never ends the walk.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
             UniformGrid::traverse(&local, ray, span, query);

@@ -66,7 +66,7 @@ pub(in crate::indices) fn sort<'s>(
     scratch: &'s mut [u8],
     executor: &impl Executor,
 ) -> Result<Sorted<'s>, BuildError> {
-    let Division { triangles, clusters, ref nodes } = *division;
+    let Division { triangles, clusters, ref nodes, .. } = *division;
     let count = triangles.len();
     let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;

@@ -117,6 +117,7 @@ pub struct Build {
     is_beside: u32,
     objects: Slice<u32>,
     has_objects: u32,
+    rays: Slice<Ray>,
     options: Options,
     arena: Slice<u8>,
     scratch: Slice<u8>,
@@ -145,8 +146,9 @@ fn read<'a>(
 /// As [`Slice::get`], for all.
 unsafe fn scene<'a>(input: &Build) -> Scene<'a> {
     // SAFETY: the caller's promise.
-    let (mesh, objects) = unsafe { (input.mesh.get(), input.objects.get()) };
-    let scene = Scene::of(mesh.unwrap_or(Mesh::EMPTY));
+    let (mesh, objects, rays) =
+        unsafe { (input.mesh.get(), input.objects.get(), input.rays.get()) };
+    let scene = Scene::of(mesh.unwrap_or(Mesh::EMPTY)).rays(rays);
     let scene = if input.has_objects == 0 { scene } else { scene.objects(objects) };
     if input.is_beside == 0 { scene } else { scene.beside() }
 }
@@ -174,25 +176,19 @@ pub unsafe extern "C" fn prove_build(input: Build) -> usize {
     }
 }
 
-/// Chooses an index, by rays and without, and prints why.
+/// Chooses an index, and prints why.
 ///
 /// # Safety
 /// As [`Slice::get`], for every slice.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn prove_select(
-    input: Build,
-    kinds: Slice<IndexKind>,
-    ray: RayNumbers,
-) -> usize {
+pub unsafe extern "C" fn prove_select(input: Build, kinds: Slice<IndexKind>) -> usize {
     let options = input.options;
     // SAFETY: the caller's promise.
     let (scene, arena, scratch, kinds) = unsafe {
         let scene = scene(&input);
         (scene, input.arena.get(), input.scratch.get(), kinds.get())
     };
-    let ray = ray.ray().ok();
-    let rays = ray.as_slice();
-    match auto::select(&scene, &options, kinds, rays, arena, scratch) {
+    match auto::select(&scene, &options, kinds, arena, scratch) {
         Ok(selection) => message(&selection) + selection.candidates().len(),
         Err(error) => message(error),
     }
