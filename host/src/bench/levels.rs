@@ -3,8 +3,8 @@
 //! ```text
 //! levels 0, 1, 2 ... -> probe -> those near the cheapest -> count -> the few cheapest -> time
 //! ```
-//! Every level and density is built and probed; the automatic choice, which is given some of the rays, is compared with the one whose rays cost
-//! least by counters, and with the fastest of the few cheapest.
+//! Every level and density is built and probed; the automatic choice, which is given some of the rays, is compared
+//! with the one whose rays cost least by counters, and with the fastest of the few cheapest.
 
 use arboleda::{IndexKind, Level, Scene};
 use rayon::prelude::*;
