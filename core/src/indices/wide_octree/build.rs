@@ -10,7 +10,10 @@
 
 use super::collapse::{Forest, Split, Subtree};
 use super::divide::{Box4, Divider, Item, Place, larger};
-use super::{EMPTY, HEAD_ROWS, LANES, LEAF_ROWS, NO_ID, NODE_ROWS, ROW_MASK, Row, leaf_link};
+use super::{
+    EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID, NODE_ROWS,
+    ROW_MASK, Row, leaf_link,
+};
 use crate::indices::Division;
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::{BuildError, Executor, Mesh};
@@ -76,8 +79,8 @@ pub(in crate::indices) fn sort<'s>(
     let divider = Divider::new(items, counts, triangles, clusters, nodes);
 
     let largest = items.iter().fold(0.0, |all, item| larger(all, item.largest_coordinate()));
-    let place = divider.root();
-    let forest = Sorter { divider, executor }.sort(items, splits, 0, place);
+    let place = divider.root(items);
+    let forest = Sorter { divider, executor }.sort(items, splits, 0, &place);
     Ok(Sorted { root: Subtree::root(items, splits, &forest), largest })
 }
 
@@ -116,12 +119,12 @@ struct Sorter<'b, E> {
 impl<E: Executor> Sorter<'_, E> {
     /// Sorts the items of a part, of which the first has the number `from`, into the order of its leaves, and
     /// files how they are divided. As deep a recursion as they are divided.
-    fn sort(&self, items: &mut [Item], splits: &mut [Split], from: u32, place: Place) -> Forest {
+    fn sort(&self, items: &mut [Item], splits: &mut [Split], from: u32, place: &Place) -> Forest {
         let count = items.len();
         if count <= LANES {
             return Forest::LEAF;
         }
-        let surface = Box4::around(items).surface();
+        let surface = self.divider.surface(place);
         let (length, places) = self.divider.divide(items, place);
         let at = from + length as u32;
         let halves = (items.split_at_mut_checked(length), splits.split_at_mut_checked(length));
@@ -129,8 +132,8 @@ impl<E: Executor> Sorter<'_, E> {
         let (left, right) = both(
             self.executor,
             count,
-            || self.sort(items.0, halves.0, from, places[0]),
-            || self.sort(items.1, halves.1, at, places[1]),
+            || self.sort(items.0, halves.0, from, &places[0]),
+            || self.sort(items.1, halves.1, at, &places[1]),
         );
         let (forest, split) = Forest::join(&left, &right, at, surface);
         if let Some(slot) = splits.get_mut(length) {
@@ -159,14 +162,17 @@ impl<E: Executor> Writer<'_, E> {
         let mut children = [Child::NONE; LANES];
         self.write_all(&subtrees, row + NODE_ROWS, below, &mut children);
         let mut bounds = Box4::EMPTY;
-        for (lane, child) in children.iter().enumerate() {
-            let sides = child.bounds.lo.to_array().into_iter().zip(child.bounds.hi.to_array());
-            let numbers = sides.take(3).flat_map(|(lo, hi)| [lo, hi]).map(f32::to_bits);
-            let words = numbers.chain([child.link, child.edge.to_bits()]);
-            for (row, word) in node.iter_mut().zip(words) {
-                row[lane] = word;
+        if let Some(node) = node.first_chunk_mut::<{ NODE_ROWS as usize }>() {
+            for (lane, child) in children.iter().enumerate() {
+                let ([x, y, z, _], [x_hi, y_hi, z_hi, _]) =
+                    (child.bounds.lo.to_array(), child.bounds.hi.to_array());
+                for (row, side) in [x, x_hi, y, y_hi, z, z_hi].into_iter().enumerate() {
+                    node[row][lane] = side.to_bits();
+                }
+                node[LINKS_ROW][lane] = child.link;
+                node[EDGES_ROW][lane] = child.edge.to_bits();
+                bounds = bounds.union(child.bounds);
             }
-            bounds = bounds.union(child.bounds);
         }
         Child { bounds, link: row, edge: 0.0 }
     }
@@ -202,20 +208,31 @@ impl<E: Executor> Writer<'_, E> {
     /// Writes a leaf.
     fn leaf(&self, items: &[Item], row: u32, rows: &mut [Row]) -> Child {
         let mut edge = 0.0;
-        for lane in 0..LANES {
-            let item = items.get(lane);
-            let triangle = item.and_then(|item| self.triangles.get(item.id())).unwrap_or_default();
-            for side in [triangle.b - triangle.a, triangle.c - triangle.a] {
-                edge = side.to_array().into_iter().fold(edge, |all, x| larger(all, x.abs()));
+        if let Some(leaf) = rows.first_chunk_mut::<{ LEAF_ROWS as usize }>() {
+            *leaf = [[0; LANES]; LEAF_ROWS as usize];
+            leaf[IDS_ROW] = [NO_ID; LANES];
+            for (lane, item) in (0..LANES).zip(items) {
+                let triangle = self.triangles.get(item.id()).unwrap_or_default();
+                let corners = [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array());
+                for (row, number) in corners.into_iter().flatten().enumerate() {
+                    leaf[row][lane] = number.to_bits();
+                }
+                leaf[IDS_ROW][lane] = item.id();
             }
-            let corners = [triangle.a, triangle.b, triangle.c]
-                .into_iter()
-                .flat_map(|corner| corner.to_array());
-            let words = corners.map(f32::to_bits).chain([item.map_or(NO_ID, Item::id)]);
-            for (row, word) in rows.iter_mut().zip(words) {
-                row[lane] = word;
-            }
+            edge = longest_edge(leaf);
         }
         Child { bounds: Box4::around(items), link: leaf_link(row, items.len() as u32), edge }
     }
+}
+
+/// The largest component of the triangles' edges at corner a.
+fn longest_edge(leaf: &Leaf) -> f32 {
+    let mut longest = [0.0; LANES];
+    for (a, other) in [(0, 3), (1, 4), (2, 5), (0, 6), (1, 7), (2, 8)] {
+        for (lane, longest) in longest.iter_mut().enumerate() {
+            let side = f32::from_bits(leaf[other][lane]) - f32::from_bits(leaf[a][lane]);
+            *longest = larger(*longest, side.abs());
+        }
+    }
+    longest.into_iter().fold(0.0, larger)
 }

@@ -54,6 +54,9 @@ impl Forest {
 
     /// Of a part that is divided at the item `at`, in a box with so large a surface.
     pub fn join(left: &Self, right: &Self, at: u32, surface: f32) -> (Self, Split) {
+        if left.at == 0 && right.at == 0 {
+            return Self::two_leaves(at, surface);
+        }
         // The least cost of so many subtrees if some of them are in each half; of equals, the first.
         let divided = |count: usize| {
             let mut best = (f32::INFINITY, 0, 0);
@@ -82,6 +85,23 @@ impl Forest {
             (*costs, *rows) = least;
         }
         (forest, Split { halves: [left.at, right.at], shares, rows: node_rows })
+    }
+}
+
+impl Forest {
+    /// As `join`, of the most frequent case.
+    fn two_leaves(at: u32, surface: f32) -> (Self, Split) {
+        let mut forest = Self { costs: [0.0; LANES], rows: [2 * LEAF_ROWS; LANES], at };
+        (forest.costs[0], forest.rows[0]) = (surface, 2 * LEAF_ROWS + NODE_ROWS);
+        // The first half gets one of eight children, and one of two subtrees, if that is less.
+        let mut shares = 1 << (SHARE_BITS * OF_CHILDREN);
+        if 0.0 < surface {
+            shares |= 1 << SHARE_BITS;
+        } else {
+            // As one.
+            forest.rows = [forest.rows[0]; LANES];
+        }
+        (forest, Split { halves: [0; 2], shares, rows: forest.rows[0] })
     }
 }
 

@@ -5,7 +5,7 @@
 //! same, so counts are rounded up to full leaves: this fills them.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec4;
+use glam::{Mat4, Vec4};
 
 use super::{BALANCED_FROM, LANES};
 use crate::cluster::{Clusters, MAX_TREE_DEPTH};
@@ -79,13 +79,31 @@ impl Item {
     }
 }
 
-/// Where a part stands.
+/// A part of the triangles, and where it stands.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
-    /// The join of clusters that it is, if it is one.
-    join: Option<NodeId>,
-    /// The divisions above it in its cluster.
-    depth: u32,
+pub(super) enum Place {
+    /// A join of clusters.
+    Join(NodeId),
+    /// In a cluster, so many divisions below it.
+    Inside(Part, u32),
+}
+
+/// What is known of some items.
+#[derive(Clone, Copy)]
+pub(super) struct Part {
+    bounds: Box4,
+    /// The box around the middles of their boxes.
+    middles: Box4,
+}
+
+impl Part {
+    fn around(items: &[Item]) -> Self {
+        let middles = items.iter().fold(Box4::EMPTY, |all, item| {
+            let middle = item.0.middle();
+            all.union(Box4 { lo: middle, hi: middle })
+        });
+        Self { bounds: Box4::around(items), middles }
+    }
 }
 
 pub(super) fn larger(a: f32, b: f32) -> f32 {
@@ -121,8 +139,26 @@ impl<'b> Divider<'b> {
     }
 
     /// Where the whole stands.
-    pub fn root(&self) -> Place {
-        Place { join: self.join((self.nodes.len() as u32).saturating_sub(1)), depth: 0 }
+    pub fn root(&self, items: &[Item]) -> Place {
+        self.place((self.nodes.len() as u32).saturating_sub(1), items)
+    }
+
+    /// Where a node of the cluster tree stands.
+    fn place(&self, id: u32, items: &[Item]) -> Place {
+        // Leaves come first, and there is one more of them than of joins.
+        if id as usize > self.nodes.len() / 2 {
+            Place::Join(NodeId(id))
+        } else {
+            Place::Inside(Part::around(items), 0)
+        }
+    }
+
+    /// Half the surface of a part.
+    pub fn surface(&self, place: &Place) -> f32 {
+        match *place {
+            Place::Inside(part, _) => part.bounds.surface(),
+            Place::Join(join) => self.nodes.get(join.0 as usize).map_or(0.0, |node| surface(node)),
+        }
     }
 
     fn file(&self, items: &mut [Item], triangles: Mesh<'_>, clusters: &Clusters<'_>) {
@@ -149,36 +185,37 @@ impl<'b> Divider<'b> {
     fn cheaper_first(&self, node: &ClusterNode) -> [u32; 2] {
         let cost = |link: u32| {
             let (node, count) = (self.nodes.get(link as usize), self.counts.get(link as usize));
-            node.zip(count).map_or(0.0, |(node, &count)| {
-                let [x, y, z] = (node.bounds.hi - node.bounds.lo).to_array();
-                (x * y + y * z + z * x) * tests(count as usize)
-            })
+            node.zip(count).map_or(0.0, |(node, &count)| surface(node) * tests(count as usize))
         };
         let [left, right] = node.links;
         if cost(right) < cost(left) { [right, left] } else { [left, right] }
     }
 
-    /// The node, if it is a join.
-    fn join(&self, id: u32) -> Option<NodeId> {
-        // Leaves come first, and there is one more of them than of joins.
-        (id as usize > self.nodes.len() / 2).then_some(NodeId(id))
-    }
-
     /// Sorts more than eight items into two parts, one behind the other, and returns the length of the first,
     /// which is the one that costs less. So it gets the lower lane: where a ray enters both at once, as one
     /// that begins in both, it is the cheaper to be asked first.
-    pub fn divide(&self, items: &mut [Item], place: Place) -> (usize, [Place; 2]) {
-        let below = Place { join: None, depth: place.depth + 1 };
-        if let Some(node) = place.join.and_then(|join| self.nodes.get(join.0 as usize)) {
-            let links = self.cheaper_first(node);
-            let length = self.counts.get(links[0] as usize).map_or(0, |&count| count as usize);
-            (length, links.map(|link| Place { join: self.join(link), depth: 0 }))
-        } else if place.depth >= BALANCED_FROM {
-            (items.len() / 2, [below; 2])
-        } else {
-            (halve(items), [below; 2])
+    pub fn divide(&self, items: &mut [Item], place: &Place) -> (usize, [Place; 2]) {
+        match *place {
+            Place::Join(join) => {
+                let node = self.nodes.get(join.0 as usize);
+                let links = node.map_or([0; 2], |node| self.cheaper_first(node));
+                let length = self.counts.get(links[0] as usize).map_or(0, |&count| count as usize);
+                let (left, right) = items.split_at_checked(length).unwrap_or_default();
+                (length, [self.place(links[0], left), self.place(links[1], right)])
+            }
+            Place::Inside(ref part, depth) => {
+                let (length, parts) =
+                    if depth < BALANCED_FROM { halve(items, part) } else { in_equal_parts(items) };
+                (length, parts.map(|part| Place::Inside(part, depth + 1)))
+            }
         }
     }
+}
+
+/// Half the surface of a node of the cluster tree.
+fn surface(node: &ClusterNode) -> f32 {
+    let [x, y, z] = (node.bounds.hi - node.bounds.lo).to_array();
+    x * y + y * z + z * x
 }
 
 /// How many triangles are below each node of the cluster tree.
@@ -196,71 +233,217 @@ fn count_triangles(counts: &mut [u32], clusters: &Clusters<'_>, nodes: &[Cluster
     }
 }
 
-/// Divides more than eight items in two by the least estimated cost, and returns the length of the
-/// first part; in equal parts where no plane tells them apart.
-fn halve(items: &mut [Item]) -> usize {
-    let bins = if items.len() < FEW { BINS_OF_FEW } else { BINS };
-    let middles = items.iter().fold(Box4::EMPTY, |all, item| {
-        let middle = item.0.middle();
-        all.union(Box4 { lo: middle, hi: middle })
-    });
-    let scale = Vec4::splat(bins as f32) / (middles.hi - middles.lo);
-    let bins_of = |item: &Item| {
-        // The cast saturates, and takes a NaN (0 / 0) to 0.
-        let [x, y, z, _] = ((item.0.middle() - middles.lo) * scale).to_array();
-        [x, y, z].map(|place| (place as i32 as usize).min(bins - 1) % BINS)
-    };
+/// How the middles of a part are binned along each axis.
+struct Bins {
+    from: Vec4,
+    scale: Vec4,
+    last: f32,
+}
 
-    let mut counts = [[0_usize; BINS]; 3];
-    let mut boxes = [[Box4::EMPTY; BINS]; 3];
-    for item in items.iter() {
-        for (axis, bin) in bins_of(item).into_iter().enumerate() {
-            counts[axis][bin] += 1;
-            boxes[axis][bin] = boxes[axis][bin].union(item.0);
-        }
+impl Bins {
+    fn new(part: &Part, count: usize) -> Self {
+        let Box4 { lo, hi } = part.middles;
+        let scale = Vec4::splat(count as f32) / (hi - lo);
+        // Where the middles do not differ, or too little or too much for a number, all are in the first bin.
+        let usable = scale.cmpgt(Vec4::ZERO) & scale.cmplt(Vec4::INFINITY);
+        let or_zero = |numbers| Vec4::select(usable, numbers, Vec4::ZERO);
+        Self { from: or_zero(lo), scale: or_zero(scale), last: (count - 1) as f32 }
     }
-    let mut best: Option<(f32, usize, usize, bool)> = None;
-    for (axis, (counts, boxes)) in counts.iter().zip(&boxes).enumerate() {
-        let mut below = [0.0; BINS];
-        let (mut sum, mut part) = (0, Box4::EMPTY);
-        for ((cost, &count), bounds) in below.iter_mut().zip(counts).zip(boxes).take(bins) {
-            sum += count;
-            part = part.union(*bounds);
-            *cost = part.surface() * tests(sum);
+
+    /// The bin along each axis.
+    fn of(&self, item: &Item) -> [usize; 3] {
+        // A cast, which saturates, would be many more instructions.
+        let places = ((item.0.middle() - self.from) * self.scale).min(Vec4::splat(self.last));
+        let rounded = places + Vec4::splat(INTEGERS);
+        let is_above = (rounded - Vec4::splat(INTEGERS)).cmpgt(places);
+        let floor = rounded - Vec4::select(is_above, Vec4::ONE, Vec4::ZERO);
+        let [x, y, z, _] = floor.to_array();
+        [x, y, z].map(|bin| bin.to_bits() as usize)
+    }
+}
+
+/// From here on the last bits of a number are an integer.
+const INTEGERS: f32 = 8_388_608.0; // 2^23
+
+/// What lies in each of `N` bins of each axis.
+///
+/// The corners of the boxes lie apart, so that one offset in bytes serves them and the counts.
+struct Binned<const N: usize> {
+    lo: [[Vec4; N]; 3],
+    hi: [[Vec4; N]; 3],
+    /// Along x, y and z.
+    counts: [[i32; 4]; N],
+}
+
+/// A plane across an axis.
+struct Plane {
+    axis: usize,
+    /// The first bin above it.
+    bin: usize,
+    /// Whether what lies above costs less than what lies below.
+    above_first: bool,
+}
+
+impl<const N: usize> Binned<N> {
+    fn new(items: &[Item], bins: &Bins) -> Self {
+        let Box4 { lo, hi } = Box4::EMPTY;
+        let mut binned = Self { lo: [[lo; N]; 3], hi: [[hi; N]; 3], counts: [[0; 4]; N] };
+        // Neighbours fall into the same bin, and would wait for each other.
+        let (left, right) = items.split_at_checked(items.len() / 2).unwrap_or_default();
+        for (left, right) in left.iter().zip(right) {
+            binned.add(left, bins);
+            binned.add(right, bins);
         }
-        let (mut sum, mut part) = (0, Box4::EMPTY);
-        for (bin, ((&count, bounds), below)) in
-            (1..BINS).zip(counts.iter().zip(boxes).skip(1).zip(&below)).take(bins - 1).rev()
+        if let [.., last] = right
+            && right.len() > left.len()
         {
-            sum += count;
-            part = part.union(*bounds);
-            let above = part.surface() * tests(sum);
-            let cost = below + above;
-            let divides = sum > 0 && sum < items.len();
-            if divides && best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, axis, bin, above < *below));
-            }
+            binned.add(last, bins);
+        }
+        binned
+    }
+
+    #[inline(always)]
+    fn add(&mut self, item: &Item, bins: &Bins) {
+        for (axis, bin) in bins.of(item).into_iter().enumerate() {
+            self.counts[bin % N][axis] += 1;
+            let (lo, hi) = (&mut self.lo[axis][bin % N], &mut self.hi[axis][bin % N]);
+            (*lo, *hi) = (lo.min(item.0.lo), hi.max(item.0.hi));
         }
     }
-    let Some((_, axis, bin, above_first)) = best else {
-        return items.len() / 2;
+
+    /// The plane of the least estimated cost; of equals, the first axis, the highest bin. `None` where no
+    /// plane tells the items apart, or its cost overflows.
+    fn best_plane(&self) -> Option<Plane> {
+        // All axes at once. Where one side is empty, its cost is not a number, and never less.
+        let mut below = [Vec4::ZERO; N];
+        let mut side = Sides::EMPTY;
+        for (bin, cost) in below.iter_mut().enumerate().skip(1) {
+            side.add(self, bin - 1);
+            *cost = side.costs();
+        }
+        let mut least = Vec4::INFINITY;
+        let (mut bins, mut steps) = (Vec4::ZERO, Vec4::ZERO);
+        let mut side = Sides::EMPTY;
+        for (bin, below) in below.into_iter().enumerate().skip(1).rev() {
+            side.add(self, bin);
+            let above = side.costs();
+            let costs = below + above;
+            let less = costs.cmplt(least);
+            least = Vec4::select(less, costs, least);
+            bins = Vec4::select(less, Vec4::splat(bin as f32), bins);
+            steps = Vec4::select(less, above - below, steps);
+        }
+        let (bins, steps) = (bins.to_array(), steps.to_array());
+        let mut best = None;
+        let mut least_of_all = f32::INFINITY;
+        for (axis, least) in least.to_array().into_iter().enumerate().take(3) {
+            if least < least_of_all {
+                least_of_all = least;
+                best =
+                    Some(Plane { axis, bin: bins[axis] as usize, above_first: steps[axis] < 0.0 });
+            }
+        }
+        best
+    }
+
+    /// What lies below a plane, and above it.
+    fn boxes_of_sides(&self, plane: &Plane) -> [Box4; 2] {
+        let mut sides = [Box4::EMPTY; 2];
+        let corners = self.lo[plane.axis % 3].iter().zip(&self.hi[plane.axis % 3]);
+        for (bin, (&lo, &hi)) in corners.enumerate() {
+            let side = &mut sides[usize::from(bin >= plane.bin)];
+            *side = side.union(Box4 { lo, hi });
+        }
+        sides
+    }
+}
+
+/// What lies on one side of a plane across each axis.
+struct Sides {
+    boxes: [Box4; 3],
+    counts: [i32; 4],
+}
+
+impl Sides {
+    const EMPTY: Self = Self { boxes: [Box4::EMPTY; 3], counts: [0; 4] };
+
+    #[inline(always)]
+    fn add<const N: usize>(&mut self, binned: &Binned<N>, bin: usize) {
+        for (all, (lo, hi)) in self.boxes.iter_mut().zip(binned.lo.iter().zip(&binned.hi)) {
+            *all = all.union(Box4 { lo: lo[bin % N], hi: hi[bin % N] });
+        }
+        for (all, count) in self.counts.iter_mut().zip(&binned.counts[bin % N]) {
+            *all += count;
+        }
+    }
+
+    #[inline(always)]
+    fn costs(&self) -> Vec4 {
+        let [a, b, c] = self.boxes.map(|part| part.hi - part.lo);
+        let Mat4 { x_axis: x, y_axis: y, z_axis: z, .. } = Mat4::from_cols(a, b, c, c).transpose();
+        let tests = self.counts.map(|count| ((count + LANES as i32 - 1) >> LANES.ilog2()) as f32);
+        (x * y + y * z + z * x) * Vec4::from_array(tests)
+    }
+}
+
+/// Divides more than eight items in two by the least estimated cost, and returns the length of the
+/// first part and what both are; in equal parts where no plane tells them apart.
+fn halve(items: &mut [Item], part: &Part) -> (usize, [Part; 2]) {
+    if items.len() < FEW {
+        halve_by::<BINS_OF_FEW>(items, part)
+    } else {
+        halve_by::<BINS>(items, part)
+    }
+}
+
+fn halve_by<const N: usize>(items: &mut [Item], part: &Part) -> (usize, [Part; 2]) {
+    let bins = Bins::new(part, N);
+    let binned = Binned::<N>::new(items, &bins);
+    let Some(plane) = binned.best_plane() else {
+        return in_equal_parts(items);
     };
-    // The cheaper to the front, the others to the back.
-    let (mut front, mut back) = (0, items.len());
-    while front < back {
-        if items.get(front).is_some_and(|item| (bins_of(item)[axis % 3] < bin) != above_first) {
+    let [below, above] = binned.boxes_of_sides(&plane);
+    let bounds = if plane.above_first { [above, below] } else { [below, above] };
+    let (front, middles) = sort_by_plane(items, &bins, &plane);
+    let [first, second] = [0, 1].map(|at| Part { bounds: bounds[at], middles: middles[at] });
+    (front, [first, second])
+}
+
+#[cold]
+#[inline(never)]
+fn in_equal_parts(items: &[Item]) -> (usize, [Part; 2]) {
+    let half = items.len() / 2;
+    let (left, right) = items.split_at_checked(half).unwrap_or_default();
+    (half, [left, right].map(Part::around))
+}
+
+/// Sorts items to the sides of a plane, the cheaper to the front, and returns how many are there and
+/// the middles of both.
+fn sort_by_plane(items: &mut [Item], bins: &Bins, plane: &Plane) -> (usize, [Box4; 2]) {
+    let axis = plane.axis % 3;
+    let (from, scale) = (bins.from.to_array()[axis], bins.scale.to_array()[axis]);
+    let from_bin = plane.bin as f32;
+    let mut middles = [Box4::EMPTY; 2];
+    let mut front = 0;
+    let mut rest = items;
+    while let [first, ..] = rest {
+        let middle = first.0.middle();
+        let is_above = (middle.to_array()[axis] - from) * scale >= from_bin;
+        let there = Box4 { lo: middle, hi: middle };
+        if is_above == plane.above_first {
+            middles[0] = middles[0].union(there);
             front += 1;
+            let [_, others @ ..] = rest else { break };
+            rest = others;
         } else {
-            back -= 1;
-            if let (Some(&a), Some(&b)) = (items.get(front), items.get(back)) {
-                if let Some(slot) = items.get_mut(front) {
-                    *slot = b;
-                }
-                if let Some(slot) = items.get_mut(back) {
-                    *slot = a;
-                }
+            middles[1] = middles[1].union(there);
+            match rest {
+                [first, .., last] => core::mem::swap(first, last),
+                _ => break,
             }
+            let [others @ .., _] = rest else { break };
+            rest = others;
         }
     }
-    front
+    (front, middles)
 }
