@@ -130,6 +130,56 @@ fn forged_octrees_are_refused() {
     refused("words left over", &[LEAF | 1, 1, 0, 0]);
 }
 
+/// A wide octree of many pages begins with upper nodes: see the head of `indices/wide_octree/mod.rs` in the core.
+#[test]
+fn forged_upper_nodes_are_refused() {
+    const UPPER_ROWS: usize = 3;
+    let triangles = scenes::soup(1_500, 3);
+    let kind = IndexKind::WideOctree;
+    let valid = Built::new(kind, &Scene::new(&triangles), &Options::default()).expect("a soup");
+    let words = valid.index().image().words().to_vec();
+    let (rows, upper_rows) = (words.len() as u32 / 8, words[UPPER_ROWS]);
+    let upper: Vec<u32> = (2..2 + upper_rows).step_by(8).collect();
+    assert!(upper.len() > 9, "{} upper nodes", upper.len());
+    let links: Vec<usize> = upper
+        .iter()
+        .flat_map(|&row| (0..8).map(move |lane| 8 * (row as usize + 6) + lane))
+        .filter(|&place| words[place] != 0)
+        .collect();
+    let forged = |changes: &[(usize, u32)]| {
+        let mut words = words.clone();
+        for &(place, word) in changes {
+            words[place] = word;
+        }
+        with_words(&valid, &words)
+    };
+    let refused = |what: &str, changes: &[(usize, u32)]| {
+        let error = kind.from_bytes(forged(changes).bytes()).err();
+        assert!(matches!(error, Some(ImageError::Malformed { .. })), "{what}: {error:?}");
+    };
+    for wrong in [0, 8, upper_rows - 8, upper_rows + 8, upper_rows + 1, rows - 2, rows, u32::MAX] {
+        refused("another number of upper nodes", &[(UPPER_ROWS, wrong)]);
+    }
+    for wrong in [0, 1, 3, upper[1], 2 + upper_rows, rows, u32::MAX] {
+        refused("another root", &[(0, wrong)]);
+    }
+    let is_upper = |place: usize| words[place] < 2 + upper_rows;
+    for pair in links.windows(2).filter(|pair| is_upper(pair[0]) == is_upper(pair[1])) {
+        let swapped = [(pair[0], words[pair[1]]), (pair[1], words[pair[0]])];
+        refused("children in another order", &swapped);
+        refused("two children that are one", &swapped[..1]);
+    }
+    // Whatever else they may be.
+    let rays = some_rays(&triangles);
+    let values: Vec<u32> =
+        upper.iter().copied().chain([0, 1, rows - 8, 1 << 31, u32::MAX]).collect();
+    parallel::map(links.len(), |at| {
+        for &value in &values {
+            is_harmless(&forged(&[(links[at], value)]), &rays);
+        }
+    });
+}
+
 /// A chain of cells, one in the other, as deep as told.
 fn chain(depth: u32) -> Vec<u32> {
     let mut words = vec![1];

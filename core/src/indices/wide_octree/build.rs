@@ -9,14 +9,12 @@
 //! Octrees that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
 
 use super::collapse::{Forest, Split, Subtree};
-use super::divide::{Box4, Divider, Item, Place, larger};
-use super::{
-    EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID, NODE_ROWS,
-    ROW_MASK, Row, leaf_link,
-};
+use super::divide::{Divider, Item, Place, larger};
+use super::write::Writer;
+use super::{HEAD_ROWS, LANES, LEAF_ROWS, NODE_ROWS, ROW_MASK};
 use crate::indices::Division;
 use crate::memory::{Arena, Words, size_of_slice};
-use crate::{BuildError, Executor, Mesh};
+use crate::{BuildError, Executor};
 
 pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
     let counts = size_of_slice::<u32>(triangle_count.saturating_mul(2));
@@ -43,14 +41,8 @@ pub(super) fn build(
     let Sorted { root, largest } = sort(&division, scratch, executor)?;
     let rows = HEAD_ROWS.saturating_add(root.rows());
     if let Some(words) = words.append(rows as usize * LANES) {
-        let rows: &mut [Row] = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
-        if let Some((head, rows)) = rows.split_at_mut_checked(HEAD_ROWS as usize) {
-            let root = Writer { triangles, executor }.write(root, HEAD_ROWS, rows);
-            head.fill([0; LANES]);
-            if let Some(head) = head.first_mut() {
-                *head = [root.link, root.edge.to_bits(), largest.to_bits(), 0, 0, 0, 0, 0];
-            }
-        }
+        let rows = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
+        Writer { triangles, root, executor }.write(largest, rows);
     }
     division.first_owns(words.len());
     Ok(())
@@ -84,24 +76,11 @@ pub(in crate::indices) fn sort<'s>(
     Ok(Sorted { root: Subtree::root(items, splits, &forest), largest })
 }
 
-/// What a node knows of a child.
-#[derive(Clone, Copy)]
-struct Child {
-    bounds: Box4,
-    link: u32,
-    /// The longest edge along an axis of the triangles of a leaf.
-    edge: f32,
-}
-
-impl Child {
-    const NONE: Self = Self { bounds: Box4::EMPTY, link: EMPTY, edge: 0.0 };
-}
-
 /// From so many items on, branches are offered to the executor.
 const LARGE: usize = 4096;
 
 /// Does both, at once if they are large.
-fn both<A: Send, B: Send>(
+pub(super) fn both<A: Send, B: Send>(
     executor: &impl Executor,
     count: usize,
     a: impl FnOnce() -> A + Send,
@@ -141,98 +120,4 @@ impl<E: Executor> Sorter<'_, E> {
         }
         forest
     }
-}
-
-/// The second pass.
-struct Writer<'b, E> {
-    triangles: Mesh<'b>,
-    executor: &'b E,
-}
-
-impl<E: Executor> Writer<'_, E> {
-    /// Writes a subtree into as many rows as it takes, of which the first is `row`.
-    fn write(&self, subtree: Subtree<'_>, row: u32, rows: &mut [Row]) -> Child {
-        let subtrees = subtree.children();
-        if subtrees.is_empty() {
-            return self.leaf(subtree.items, row, rows);
-        }
-        let Some((node, below)) = rows.split_at_mut_checked(NODE_ROWS as usize) else {
-            return Child::NONE;
-        };
-        let mut children = [Child::NONE; LANES];
-        self.write_all(&subtrees, row + NODE_ROWS, below, &mut children);
-        let mut bounds = Box4::EMPTY;
-        if let Some(node) = node.first_chunk_mut::<{ NODE_ROWS as usize }>() {
-            for (lane, child) in children.iter().enumerate() {
-                let ([x, y, z, _], [x_hi, y_hi, z_hi, _]) =
-                    (child.bounds.lo.to_array(), child.bounds.hi.to_array());
-                for (row, side) in [x, x_hi, y, y_hi, z, z_hi].into_iter().enumerate() {
-                    node[row][lane] = side.to_bits();
-                }
-                node[LINKS_ROW][lane] = child.link;
-                node[EDGES_ROW][lane] = child.edge.to_bits();
-                bounds = bounds.union(child.bounds);
-            }
-        }
-        Child { bounds, link: row, edge: 0.0 }
-    }
-
-    /// Writes neighbouring subtrees one after the other, from the row `row` on.
-    fn write_all(
-        &self,
-        subtrees: &[Subtree<'_>],
-        row: u32,
-        rows: &mut [Row],
-        children: &mut [Child],
-    ) {
-        let half = subtrees.len() / 2;
-        let (left, right) = subtrees.split_at_checked(half).unwrap_or_default();
-        if left.is_empty() {
-            if let (Some(subtree), Some(child)) = (subtrees.first(), children.first_mut()) {
-                *child = self.write(*subtree, row, rows);
-            }
-            return;
-        }
-        let rows_of_left: u32 = left.iter().map(Subtree::rows).sum();
-        let halves =
-            (rows.split_at_mut_checked(rows_of_left as usize), children.split_at_mut_checked(half));
-        let (Some(rows), Some(children)) = halves else { return };
-        both(
-            self.executor,
-            subtrees.iter().map(|subtree| subtree.items.len()).sum(),
-            || self.write_all(left, row, rows.0, children.0),
-            || self.write_all(right, row + rows_of_left, rows.1, children.1),
-        );
-    }
-
-    /// Writes a leaf.
-    fn leaf(&self, items: &[Item], row: u32, rows: &mut [Row]) -> Child {
-        let mut edge = 0.0;
-        if let Some(leaf) = rows.first_chunk_mut::<{ LEAF_ROWS as usize }>() {
-            *leaf = [[0; LANES]; LEAF_ROWS as usize];
-            leaf[IDS_ROW] = [NO_ID; LANES];
-            for (lane, item) in (0..LANES).zip(items) {
-                let triangle = self.triangles.get(item.id()).unwrap_or_default();
-                let corners = [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array());
-                for (row, number) in corners.into_iter().flatten().enumerate() {
-                    leaf[row][lane] = number.to_bits();
-                }
-                leaf[IDS_ROW][lane] = item.id();
-            }
-            edge = longest_edge(leaf);
-        }
-        Child { bounds: Box4::around(items), link: leaf_link(row, items.len() as u32), edge }
-    }
-}
-
-/// The largest component of the triangles' edges at corner a.
-fn longest_edge(leaf: &Leaf) -> f32 {
-    let mut longest = [0.0; LANES];
-    for (a, other) in [(0, 3), (1, 4), (2, 5), (0, 6), (1, 7), (2, 8)] {
-        for (lane, longest) in longest.iter_mut().enumerate() {
-            let side = f32::from_bits(leaf[other][lane]) - f32::from_bits(leaf[a][lane]);
-            *longest = larger(*longest, side.abs());
-        }
-    }
-    longest.into_iter().fold(0.0, larger)
 }

@@ -123,6 +123,17 @@ impl<'s> Subtree<'s> {
         Self { items, splits, from: 0, at: forest.at }
     }
 
+    /// What [`find`](Self::find) finds it by.
+    pub(super) fn key(&self) -> [u32; 3] {
+        [self.from, self.items.len() as u32, self.at]
+    }
+
+    /// One of those in all items, which this is.
+    pub(super) fn find(self, [from, count, at]: [u32; 3]) -> Self {
+        let items = self.items.get(from as usize..).and_then(|items| items.get(..count as usize));
+        Self { items: items.unwrap_or_default(), from, at, ..self }
+    }
+
     /// The rows that a wide octree takes for it.
     pub fn rows(&self) -> u32 {
         self.split().map_or(LEAF_ROWS, |split| split.rows)

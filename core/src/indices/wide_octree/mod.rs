@@ -1,8 +1,8 @@
 //! The wide octree: nodes of up to eight boxes, tested at once, over leaves of up to eight triangles.
 //!
 //! ```text
-//! words:  rows of eight words: head | nodes and leaves, depth first, the root first
-//! head:   link of the root, its edge, the largest coordinate, zeros | zeros
+//! words:  rows of eight words: head | upper nodes, breadth first | what is below them, each depth first
+//! head:   link of the root, its edge, the largest coordinate, rows of upper nodes, zeros | zeros
 //! node:   lo.x[8] | hi.x[8] | lo.y[8] | hi.y[8] | lo.z[8] | hi.z[8] | links[8] | edges[8]
 //! leaf:   a.x[8] | a.y[8] | a.z[8] | b.x[8] | ... | c.z[8] | ids[8]
 //! link:   leaf bit | triangles - 1 (3 bits) | row (28 bits); 0 for no child
@@ -36,14 +36,15 @@
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx2;
 pub(super) mod build;
+mod check;
 pub(super) mod collapse;
 pub(super) mod divide;
 pub(super) mod lanes;
 mod tree;
 pub(super) mod walk;
+mod write;
 
 use tree::WideTree;
-use walk::Tree;
 
 use super::{Division, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
@@ -143,52 +144,8 @@ impl Structure for WideOctree {
     }
 
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {
-        check(image).ok_or(0)
+        check::check(image).ok_or(0)
     }
-}
-
-fn check(image: &Image<'_>) -> Option<Statistics> {
-    let mut statistics = Statistics::default();
-    if image.triangle_count() == 0 {
-        return image.words().is_empty().then_some(statistics);
-    }
-    let tree = WideTree::of(image.words());
-    let rows = tree.rows;
-    let mut end = HEAD_ROWS;
-    let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
-    stack.push((tree.root().link, 0)).ok()?;
-    while let Some((link, depth)) = stack.pop() {
-        // Depth-first order: each node begins where the one before ended.
-        if link & ROW_MASK != end {
-            return None;
-        }
-        if link & LEAF != 0 {
-            let leaf = leaf_at(rows, link)?;
-            let count = leaf_count(link) as usize;
-            let (used, unused) = leaf[IDS_ROW].split_at_checked(count)?;
-            let known = used.iter().all(|&id| id < image.triangle_count());
-            if !known || unused.iter().any(|&id| id != NO_ID) {
-                return None;
-            }
-            if !(0..count).all(|lane| triangle_at(leaf, lane).is_finite()) {
-                return None;
-            }
-            statistics.add_leaf(count as u32, depth);
-            end += LEAF_ROWS;
-        } else {
-            let node = node_at(rows, link)?;
-            if depth + 1 >= MAX_DEPTH {
-                return None;
-            }
-            statistics.inner_nodes += 1;
-            end += NODE_ROWS;
-            for &child in node[LINKS_ROW].iter().rev().filter(|&&child| child != EMPTY) {
-                stack.push((child, depth + 1)).ok()?;
-            }
-        }
-    }
-    let all = statistics.references == u64::from(image.triangle_count());
-    (end as usize == rows.len() && all).then_some(statistics)
 }
 
 #[inline(always)]

@@ -1,0 +1,265 @@
+//! The second pass: sorted triangles are written as rows.
+//!
+//! ```text
+//! 1. upper nodes, breadth first      where their children will be
+//! 2. what is below them              subtrees, depth first, in branches
+//! 3. upper nodes, from the last on   the boxes of those below
+//! ```
+//! Upper are those whose subtree is longer than a page of memory. A ray passes several of them: together they take
+//! few pages, and the others lie on a page with what they lead to. With a million triangles, where the processor does
+//! not know all pages at once, rays took 7 to 12% less time than with all nodes depth first; with all nodes before all
+//! leaves 3 to 10%, with the children of each node side by side 3 to 8%; with 70,000 triangles nothing changes.
+
+use glam::Vec4;
+
+use super::build::both;
+use super::collapse::Subtree;
+use super::divide::{Box4, Item, larger};
+use super::{
+    EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID,
+    NODE_ROWS, Node, Row, leaf_link,
+};
+use crate::{Executor, Mesh};
+
+/// The rows of a page of 4 KiB.
+const PAGE_ROWS: u32 = 128;
+
+/// Whether it is an upper node.
+fn is_upper(subtree: &Subtree<'_>) -> bool {
+    subtree.rows() > PAGE_ROWS
+}
+
+/// How many upper nodes there are. As deep a recursion as the tree.
+fn count_upper(subtree: &Subtree<'_>) -> u32 {
+    if is_upper(subtree) { 1 + subtree.children().iter().map(count_upper).sum::<u32>() } else { 0 }
+}
+
+/// What a node knows of a child.
+#[derive(Clone, Copy)]
+struct Child {
+    bounds: Box4,
+    link: u32,
+    /// The longest edge along an axis of the triangles of a leaf.
+    edge: f32,
+}
+
+impl Child {
+    const NONE: Self = Self { bounds: Box4::EMPTY, link: EMPTY, edge: 0.0 };
+}
+
+/// What is known of an upper node before it is written. Until then it lies in the node's place.
+struct Plan<'s> {
+    subtree: Subtree<'s>,
+    /// Where what is below it begins.
+    row: u32,
+    /// The first of its children that are upper nodes.
+    link: u32,
+}
+
+impl<'s> Plan<'s> {
+    fn put(self, node: &mut Node) {
+        let [from, count, at] = self.subtree.key();
+        node[0] = [from, count, at, self.row, self.link, 0, 0, 0];
+    }
+
+    fn of(node: &Node, root: Subtree<'s>) -> Self {
+        let [from, count, at, row, link, ..] = node[0];
+        Self { subtree: root.find([from, count, at]), row, link }
+    }
+}
+
+/// The second pass.
+pub(super) struct Writer<'s, E> {
+    pub triangles: Mesh<'s>,
+    /// All triangles.
+    pub root: Subtree<'s>,
+    pub executor: &'s E,
+}
+
+impl<E: Executor> Writer<'_, E> {
+    /// Writes the head, and the tree behind it.
+    pub fn write(&self, largest: f32, rows: &mut [Row]) {
+        let upper_rows = count_upper(&self.root) * NODE_ROWS;
+        let Some((head, rows)) = rows.split_at_mut_checked(HEAD_ROWS as usize) else { return };
+        let Some((nodes, below)) = rows.split_at_mut_checked(upper_rows as usize) else { return };
+        let (nodes, _) = nodes.as_chunks_mut();
+        let (link, edge) = if nodes.is_empty() {
+            let root = self.subtree(self.root, HEAD_ROWS, below);
+            (root.link, root.edge)
+        } else {
+            let row = HEAD_ROWS + upper_rows;
+            self.plan(nodes, row);
+            self.below(nodes, row, below);
+            join_boxes(nodes);
+            (HEAD_ROWS, 0.0)
+        };
+        head.fill([0; LANES]);
+        if let Some(head) = head.first_mut() {
+            *head = [link, edge.to_bits(), largest.to_bits(), upper_rows, 0, 0, 0, 0];
+        }
+    }
+
+    /// Finds the upper nodes, breadth first; what is below them begins at `row`.
+    fn plan(&self, nodes: &mut [Node], mut row: u32) {
+        let mut found = 1;
+        if let Some(node) = nodes.first_mut() {
+            Plan { subtree: self.root, row, link: 0 }.put(node);
+        }
+        for at in 0..nodes.len() {
+            let Some(node) = nodes.get_mut(at) else { return };
+            let Plan { subtree, .. } = Plan::of(node, self.root);
+            let link = HEAD_ROWS + found as u32 * NODE_ROWS;
+            Plan { subtree, row, link }.put(node);
+            for child in &subtree.children() {
+                if !is_upper(child) {
+                    row += child.rows();
+                } else if let Some(node) = nodes.get_mut(found) {
+                    Plan { subtree: *child, row: 0, link: 0 }.put(node);
+                    found += 1;
+                }
+            }
+        }
+    }
+
+    /// Writes what is below some planned nodes, from the row `row` on, and the nodes without the boxes of upper ones.
+    fn below(&self, nodes: &mut [Node], row: u32, rows: &mut [Row]) {
+        let (left, right) = nodes.split_at_mut(nodes.len() / 2);
+        let Some(middle) = right.first() else { return };
+        if left.is_empty() {
+            if let Some(node) = right.first_mut() {
+                self.upper_node(node, row, rows);
+            }
+            return;
+        }
+        let middle = Plan::of(middle, self.root).row;
+        let count = rows.len();
+        let Some((rows_left, rows_right)) = rows.split_at_mut_checked((middle - row) as usize)
+        else {
+            return;
+        };
+        both(
+            self.executor,
+            count,
+            || self.below(left, row, rows_left),
+            || self.below(right, middle, rows_right),
+        );
+    }
+
+    fn upper_node(&self, node: &mut Node, mut row: u32, mut rows: &mut [Row]) {
+        let Plan { subtree, mut link, .. } = Plan::of(node, self.root);
+        let mut children = [Child::NONE; LANES];
+        for (slot, child) in children.iter_mut().zip(&subtree.children()) {
+            if is_upper(child) {
+                slot.link = link;
+                link += NODE_ROWS;
+            } else {
+                let Some((own, others)) = rows.split_at_mut_checked(child.rows() as usize) else {
+                    return;
+                };
+                *slot = self.subtree(*child, row, own);
+                row += child.rows();
+                rows = others;
+            }
+        }
+        write_node(node, &children);
+    }
+
+    /// Writes a subtree into as many rows as it takes, of which the first is `row`. As deep a recursion as the tree.
+    fn subtree(&self, subtree: Subtree<'_>, row: u32, rows: &mut [Row]) -> Child {
+        let subtrees = subtree.children();
+        if subtrees.is_empty() {
+            return self.leaf(subtree.items, row, rows);
+        }
+        let Some((node, mut below)) = rows.split_first_chunk_mut() else { return Child::NONE };
+        let mut children = [Child::NONE; LANES];
+        let mut next = row + NODE_ROWS;
+        for (slot, child) in children.iter_mut().zip(&subtrees) {
+            let Some((own, others)) = below.split_at_mut_checked(child.rows() as usize) else {
+                return Child::NONE;
+            };
+            *slot = self.subtree(*child, next, own);
+            next += child.rows();
+            below = others;
+        }
+        Child { bounds: write_node(node, &children), link: row, edge: 0.0 }
+    }
+
+    /// Writes a leaf.
+    fn leaf(&self, items: &[Item], row: u32, rows: &mut [Row]) -> Child {
+        let mut edge = 0.0;
+        if let Some(leaf) = rows.first_chunk_mut::<{ LEAF_ROWS as usize }>() {
+            *leaf = [[0; LANES]; LEAF_ROWS as usize];
+            leaf[IDS_ROW] = [NO_ID; LANES];
+            for (lane, item) in (0..LANES).zip(items) {
+                let triangle = self.triangles.get(item.id()).unwrap_or_default();
+                let corners = [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array());
+                for (row, number) in corners.into_iter().flatten().enumerate() {
+                    leaf[row][lane] = number.to_bits();
+                }
+                leaf[IDS_ROW][lane] = item.id();
+            }
+            edge = longest_edge(leaf);
+        }
+        Child { bounds: Box4::around(items), link: leaf_link(row, items.len() as u32), edge }
+    }
+}
+
+/// Writes a node, and returns the box around its children.
+fn write_node(node: &mut Node, children: &[Child; LANES]) -> Box4 {
+    let mut bounds = Box4::EMPTY;
+    for (lane, child) in children.iter().enumerate() {
+        set_box(node, lane, child.bounds);
+        node[LINKS_ROW][lane] = child.link;
+        node[EDGES_ROW][lane] = child.edge.to_bits();
+        bounds = bounds.union(child.bounds);
+    }
+    bounds
+}
+
+fn set_box(node: &mut Node, lane: usize, bounds: Box4) {
+    let ([x, y, z, _], [x_hi, y_hi, z_hi, _]) = (bounds.lo.to_array(), bounds.hi.to_array());
+    for (row, side) in [x, x_hi, y, y_hi, z, z_hi].into_iter().enumerate() {
+        node[row][lane % LANES] = side.to_bits();
+    }
+}
+
+/// The box around the children of a node.
+fn bounds_of(node: &Node) -> Box4 {
+    let numbers = |row: usize| node[row].map(f32::from_bits).into_iter();
+    let least =
+        |row| numbers(row).fold(f32::INFINITY, |least, x| if x < least { x } else { least });
+    let largest = |row| numbers(row).fold(f32::NEG_INFINITY, larger);
+    Box4 {
+        lo: Vec4::new(least(0), least(2), least(4), 0.0),
+        hi: Vec4::new(largest(1), largest(3), largest(5), 0.0),
+    }
+}
+
+/// Gives the upper nodes the boxes of those below them, which come later.
+fn join_boxes(nodes: &mut [Node]) {
+    for at in (0..nodes.len()).rev() {
+        for lane in 0..LANES {
+            let child = nodes.get(at).map_or(EMPTY, |node| node[LINKS_ROW][lane]);
+            if child == EMPTY || child & LEAF != 0 {
+                continue;
+            }
+            // Beyond the upper nodes, the box is known already.
+            let bounds = nodes.get(((child - HEAD_ROWS) / NODE_ROWS) as usize).map(bounds_of);
+            if let (Some(bounds), Some(node)) = (bounds, nodes.get_mut(at)) {
+                set_box(node, lane, bounds);
+            }
+        }
+    }
+}
+
+/// The largest component of the triangles' edges at corner a.
+fn longest_edge(leaf: &Leaf) -> f32 {
+    let mut longest = [0.0; LANES];
+    for (a, other) in [(0, 3), (1, 4), (2, 5), (0, 6), (1, 7), (2, 8)] {
+        for (lane, longest) in longest.iter_mut().enumerate() {
+            let side = f32::from_bits(leaf[other][lane]) - f32::from_bits(leaf[a][lane]);
+            *longest = larger(*longest, side.abs());
+        }
+    }
+    longest.into_iter().fold(0.0, larger)
+}
