@@ -6,19 +6,23 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Vectors {
     avx2: bool,
+    avx512: bool,
 }
 
 #[cfg(target_arch = "x86_64")]
 cpufeatures::new!(avx2, "avx2");
+// What the walk in `wide_octree::avx512` is compiled for.
+#[cfg(target_arch = "x86_64")]
+cpufeatures::new!(avx512, "avx2", "avx512f", "avx512vl", "avx512dq", "avx512bw");
 
 impl Vectors {
     /// Nothing beyond what the crate is compiled for.
-    pub const COMPILED: Self = Self { avx2: false };
+    pub const COMPILED: Self = Self { avx2: false, avx512: false };
 
-    /// Asks the processor.
+    /// Asks the processor, and whether the system keeps the registers.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
-        let found = Self { avx2: avx2::get() };
+        let found = Self { avx2: avx2::get(), avx512: avx512::get() };
         #[cfg(not(target_arch = "x86_64"))]
         let found = Self::COMPILED;
         found
@@ -27,5 +31,16 @@ impl Vectors {
     /// Whether AVX2 may be used.
     pub const fn has_avx2(self) -> bool {
         self.avx2
+    }
+
+    /// Whether AVX-512 may be used: F, VL, DQ and BW.
+    pub const fn has_avx512(self) -> bool {
+        self.avx512
+    }
+
+    /// These, but not AVX-512.
+    #[must_use]
+    pub const fn without_avx512(self) -> Self {
+        Self { avx512: false, ..self }
     }
 }

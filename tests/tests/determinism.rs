@@ -139,13 +139,16 @@ fn same_with_and_without<R: Representation>(kind: IndexKind, triangles: &[Triang
     let built = built.expect("an ordinary scene");
     let with = Index::<R>::from_bytes(built.bytes()).expect("a built index is valid");
     let without = with.with_vectors(Vectors::COMPILED);
-    let (mut counted_with, mut counted_without) = (Counters::default(), Counters::default());
-    for ray in rays {
-        assert_eq!(
-            with.closest_hit_counted(ray, &mut counted_with),
-            without.closest_hit_counted(ray, &mut counted_without)
-        );
-        assert_eq!(counted_with, counted_without, "{} {ray:?}", kind.name());
+    for vectors in [Vectors::detect(), Vectors::detect().without_avx512()] {
+        let with = with.with_vectors(vectors);
+        let (mut counted_with, mut counted_without) = (Counters::default(), Counters::default());
+        for ray in rays {
+            assert_eq!(
+                with.closest_hit_counted(ray, &mut counted_with),
+                without.closest_hit_counted(ray, &mut counted_without)
+            );
+            assert_eq!(counted_with, counted_without, "{} {vectors:?} {ray:?}", kind.name());
+        }
     }
 }
 

@@ -13,11 +13,11 @@ use core::arch::x86_64::{
 
 use super::lanes::{LANES_FROM, Unpack};
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
-use crate::indices::wide_octree::avx2::{Avx2, meet_planes};
+use crate::indices::wide_octree::avx2::{Avx, meet_planes};
 use crate::indices::wide_octree::lanes::LaneRay;
 use crate::indices::wide_octree::{LANES, Leaf, Row};
 
-impl Unpack for Avx2 {
+impl<const WITH_512: bool> Unpack for Avx<WITH_512> {
     #[inline(always)]
     fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
         // SAFETY: only functions compiled for AVX2 walk with these lanes; so below.

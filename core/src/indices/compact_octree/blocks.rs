@@ -21,8 +21,8 @@ use super::tree::Packed;
 use super::{Form, LEAF, NODE_WORDS, Node};
 use crate::geometry::kernel::Verdict;
 use crate::indices::wide_octree::LANES;
-use crate::indices::wide_octree::lanes::LaneRay;
-use crate::indices::wide_octree::walk::{decide_each, finite};
+use crate::indices::wide_octree::lanes::{LaneRay, Portable};
+use crate::indices::wide_octree::walk::finite;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
 use crate::{Mesh, Triangle, Vec3};
@@ -149,7 +149,13 @@ impl Form for Blocks {
 
     #[inline(always)]
     fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()> {
-        for_each_block(tree.words, link, query, |_, _| u32::MAX, |_, _| Verdict::InDoubt)
+        for_each_block::<Portable, _>(
+            tree.words,
+            link,
+            query,
+            |_, _| u32::MAX,
+            |_, _| Verdict::InDoubt,
+        )
     }
 
     #[inline(always)]
@@ -164,7 +170,7 @@ impl Form for Blocks {
             L::meet_triangles(&L::unpack(block), ray, edge, finite(query.last_t()))
         };
         let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-        for_each_block(tree.words, link, query, candidates, judge)
+        for_each_block::<L, _>(tree.words, link, query, candidates, judge)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {
@@ -184,7 +190,7 @@ impl Form for Blocks {
 
 /// Goes through the blocks of a leaf; `candidates` names some of the triangles of each.
 #[inline(always)]
-fn for_each_block<Q: Query>(
+fn for_each_block<L: Unpack, Q: Query>(
     words: &[u32],
     link: u32,
     query: &mut Q,
@@ -198,7 +204,7 @@ fn for_each_block<Q: Query>(
         query.count_tests(count as u32);
         let candidates = candidates(block, query) & ((1 << count) - 1);
         let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
-        decide_each(candidates, query, triangle, &judge)?;
+        L::decide_each(candidates, query, triangle, &judge)?;
         if block[0] & MORE_BLOCKS == 0 {
             break;
         }

@@ -18,7 +18,7 @@ use super::lanes::Unpack;
 use super::tree::Packed;
 use super::{EMPTY, Form, LEAF, Node};
 use crate::indices::wide_octree::lanes::{Eight, LaneRay};
-use crate::indices::wide_octree::walk::{decide_each, finite};
+use crate::indices::wide_octree::walk::finite;
 use crate::indices::wide_octree::{LANES, Leaf, triangle_at};
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
@@ -165,7 +165,7 @@ impl Form for Ids {
         let id = |lane| TriangleId(ids.get(lane).copied().unwrap_or(0));
         let triangle = |lane| (id(lane), triangle_at(&leaf, lane));
         let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-        decide_each(candidates & ((1 << ids.len()) - 1), query, triangle, judge)
+        L::decide_each(candidates & ((1 << ids.len()) - 1), query, triangle, judge)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

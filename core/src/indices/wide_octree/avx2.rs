@@ -2,9 +2,9 @@
 //!
 //! The same operations in the same order as `lanes`, which the compiler turns into much longer code; and a
 //! filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the kernel's own.
-//! The only `unsafe` of this crate is here and in the compact octree's `avx2`: calling functions compiled for
-//! instructions that the processor may not have. [`Vectors`](crate::Vectors) can say that it has them only
-//! after asking it. Worth about a third of the time of a query.
+//! The only `unsafe` of this crate is here, in `avx512` and in the compact octree's `avx2`: calling functions
+//! compiled for instructions that the processor may not have. [`Vectors`](crate::Vectors) can say that it has
+//! them only after asking it. Worth about a third of the time of a query.
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
@@ -18,15 +18,20 @@ use core::arch::x86_64::{
     _mm256_permute_pd, _mm256_permute2f128_pd, _mm256_permute4x64_pd, _mm256_set_pd,
     _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
 };
+use core::ops::ControlFlow;
 
+use super::avx512;
 use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW};
-use super::walk::{InLanes, walk_each_in_lanes, walk_in_lanes};
+use super::walk::{InLanes, decide_each, walk_each_in_lanes, walk_in_lanes};
 use super::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::geometry::kernel::{Intersection, Verdict, clamped};
-use crate::query::Query;
+use crate::query::{Query, TriangleId};
 use crate::{Triangle, Vec3};
 
-pub(in crate::indices) enum Avx2 {}
+/// The lanes of walks compiled for AVX2, or for AVX-512, which includes it.
+pub(in crate::indices) enum Avx<const WITH_512: bool> {}
+
+pub(in crate::indices) type Avx2 = Avx<false>;
 
 /// See `walk_in_lanes`.
 #[inline]
@@ -67,7 +72,7 @@ fn walk_each_with_avx2<T: InLanes<Avx2>, Q: Query>(
     walk_each_in_lanes::<Avx2, T, Q>(tree, count, start, finish);
 }
 
-impl Lanes for Avx2 {
+impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
     type Keys = __m128i;
 
     #[inline(always)]
@@ -116,6 +121,19 @@ impl Lanes for Avx2 {
     fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
         // SAFETY: see `meet_boxes`.
         unsafe { judge(triangle, ray, last) }
+    }
+
+    #[inline(always)]
+    fn decide_each<Q: Query>(
+        candidates: u32,
+        query: &mut Q,
+        triangle: impl Fn(usize) -> (TriangleId, Triangle),
+        judge: impl Fn(&Triangle, f32) -> Verdict,
+    ) -> ControlFlow<()> {
+        if WITH_512 {
+            return avx512::decide_each(candidates, query, triangle, judge);
+        }
+        decide_each(candidates, query, triangle, judge)
     }
 }
 

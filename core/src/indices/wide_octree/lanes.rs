@@ -1,8 +1,8 @@
 //! Eight boxes, or eight triangles, against one ray, in `f32`.
 //!
 //! In two vectors of four, which are SSE2, NEON or simd128 where the crate is compiled for them, and four
-//! numbers elsewhere; `avx2` has the same operations in the same order in one of eight. Nothing here
-//! decides a hit; margins keep whatever is in doubt.
+//! numbers elsewhere; `avx2` has the same operations in the same order in one of eight, for AVX-512 too. Nothing
+//! here decides a hit; margins keep whatever is in doubt.
 //!
 //! # Which rays
 //! `t_min >= 0`, coordinates of the origin and of the scene at most 2^28, and components of the direction
@@ -25,13 +25,15 @@
 //! last D E^2` for each of: the product, the sum with the margin, the rounding of the reported `t`. 80
 //! covers either.
 
-use core::ops::{Add, Mul, Neg, Sub};
+use core::ops::{Add, ControlFlow, Mul, Neg, Sub};
 
 use glam::Vec4;
 
+use super::walk::decide_each;
 use super::{LANES, Leaf, Node, Row};
 use crate::geometry::kernel::Verdict;
 use crate::geometry::{Ray, Triangle};
+use crate::query::{Query, TriangleId};
 
 /// A ray prepared for lanes. Three components and a fourth, which is 0 in the first two, because four are read
 /// and written at once.
@@ -136,6 +138,17 @@ pub(in crate::indices) trait Lanes {
     #[inline(always)]
     fn judge(_: &Triangle, _: &LaneRay, _: f32) -> Verdict {
         Verdict::InDoubt
+    }
+
+    /// As [`decide_each`].
+    #[inline(always)]
+    fn decide_each<Q: Query>(
+        candidates: u32,
+        query: &mut Q,
+        triangle: impl Fn(usize) -> (TriangleId, Triangle),
+        judge: impl Fn(&Triangle, f32) -> Verdict,
+    ) -> ControlFlow<()> {
+        decide_each(candidates, query, triangle, judge)
     }
 }
 

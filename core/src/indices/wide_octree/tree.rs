@@ -2,8 +2,8 @@
 
 use core::ops::ControlFlow;
 
-use super::lanes::{LaneRay, Lanes};
-use super::walk::{InLanes, Step, Tree, decide_each};
+use super::lanes::{LaneRay, Lanes, Portable};
+use super::walk::{InLanes, Step, Tree};
 use super::{
     EDGES_ROW, EMPTY, IDS_ROW, LINKS_ROW, Leaf, Row, leaf_at, leaf_count, node_at, triangle_at,
 };
@@ -32,7 +32,7 @@ impl<'a> WideTree<'a> {
 
     /// Counts the triangles of a leaf, and decides about those that `candidates` names, one bit each.
     #[inline(always)]
-    fn decide<Q: Query>(
+    fn decide<L: Lanes, Q: Query>(
         self,
         link: u32,
         query: &mut Q,
@@ -43,7 +43,7 @@ impl<'a> WideTree<'a> {
         let count = leaf_count(link);
         query.count_tests(count);
         let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
-        decide_each(candidates(leaf) & ((1 << count) - 1), query, triangle, judge)
+        L::decide_each(candidates(leaf) & ((1 << count) - 1), query, triangle, judge)
     }
 }
 
@@ -71,7 +71,7 @@ impl Tree for WideTree<'_> {
     }
 
     fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
-        self.decide(link, query, |_| u32::MAX, |_, _| Verdict::InDoubt)
+        self.decide::<Portable, _>(link, query, |_| u32::MAX, |_, _| Verdict::InDoubt)
     }
 }
 
@@ -96,7 +96,9 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         query: &mut Q,
     ) -> ControlFlow<()> {
         let candidates = |leaf: &Leaf| L::meet_triangles(leaf, ray, step.edge, last);
-        self.decide(step.link, query, candidates, |triangle, last| L::judge(triangle, ray, last))
+        self.decide::<L, _>(step.link, query, candidates, |triangle, last| {
+            L::judge(triangle, ray, last)
+        })
     }
 
     #[inline(always)]

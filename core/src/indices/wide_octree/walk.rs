@@ -64,7 +64,9 @@ impl Step {
 #[inline]
 pub(in crate::indices) fn walk<T: InEvery, Q: Query>(tree: T, vectors: Vectors, query: &mut Q) {
     #[cfg(target_arch = "x86_64")]
-    if vectors.has_avx2() {
+    if vectors.has_avx512() {
+        return super::avx512::walk(tree, query);
+    } else if vectors.has_avx2() {
         return super::avx2::walk(tree, query);
     }
     let _ = vectors;
@@ -81,7 +83,9 @@ pub(in crate::indices) fn walk_each<T: InEvery, Q: Query>(
     finish: impl FnMut(usize, &Q),
 ) {
     #[cfg(target_arch = "x86_64")]
-    if vectors.has_avx2() {
+    if vectors.has_avx512() {
+        return super::avx512::walk_each(tree, count, start, finish);
+    } else if vectors.has_avx2() {
         return super::avx2::walk_each(tree, count, start, finish);
     }
     let _ = vectors;
@@ -91,11 +95,14 @@ pub(in crate::indices) fn walk_each<T: InEvery, Q: Query>(
 /// A tree that all lanes of this target can read.
 #[cfg(target_arch = "x86_64")]
 pub(in crate::indices) trait InEvery:
-    InLanes<Portable> + InLanes<super::avx2::Avx2>
+    InLanes<Portable> + InLanes<super::avx2::Avx2> + InLanes<super::avx512::Avx512>
 {
 }
 #[cfg(target_arch = "x86_64")]
-impl<T: InLanes<Portable> + InLanes<super::avx2::Avx2>> InEvery for T {}
+impl<T> InEvery for T where
+    T: InLanes<Portable> + InLanes<super::avx2::Avx2> + InLanes<super::avx512::Avx512>
+{
+}
 /// A tree that all lanes of this target can read.
 #[cfg(not(target_arch = "x86_64"))]
 pub(in crate::indices) trait InEvery: InLanes<Portable> {}
