@@ -6,4 +6,7 @@ fn main() {
     println!("cargo::rustc-link-search={}/link", env!("CARGO_MANIFEST_DIR"));
     println!("cargo::rustc-link-arg-bin=thumb=-Tlink.x"); // of cortex-m-rt; reads memory.x
     println!("cargo::rustc-link-arg-bin=riscv=-Triscv.x");
+    for argument in ["-nostartfiles", "-static", "-no-pie", "-Tx86_64.x"] {
+        println!("cargo::rustc-link-arg-bin=x86_64={argument}");
+    }
 }

@@ -58,6 +58,14 @@ fn memory() -> Option<&'static mut Memory> {
 /// # Errors
 /// If the output, a build or an image fails.
 pub fn run(out: &mut dyn Write) -> fmt::Result {
+    run_each(IndexKind::ALL, out)
+}
+
+/// As [`run`], for some kinds of index.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_each(kinds: &[IndexKind], out: &mut dyn Write) -> fmt::Result {
     let memory = memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {
         writeln!(out, "the scene has another number of triangles")?;
@@ -66,7 +74,7 @@ pub fn run(out: &mut dyn Write) -> fmt::Result {
     let scene = Scene::new(&memory.triangles);
     let options = Options::default();
     let (arena, scratch) = (Block::bytes(&mut memory.arena), Block::bytes(&mut memory.scratch));
-    for &kind in IndexKind::ALL {
+    for &kind in kinds {
         let line = line(kind, &scene, &options, arena, scratch);
         match line {
             Ok(line) => writeln!(out, "{line}")?,
