@@ -29,6 +29,8 @@ const TRIANGLES: usize = 2 * FLOOR * FLOOR + GROUPS.len() * CUBES * CUBES * CUBE
 const RAYS: u32 = 400;
 /// Too few for some rays, so that the digest covers truncation.
 const MOST_HITS: usize = 4;
+/// One more than take turns.
+const IN_A_BATCH: usize = 5;
 
 /// What the builds may use. 256 KiB each: ten times what most of these indices need.
 const BLOCKS: usize = 4096;
@@ -144,10 +146,12 @@ fn ask(index: &AnyIndex<'_>, ray: &Ray, line: &mut Line) {
     let occluded = index.occluded_counted(ray, &mut counters);
     let mut buffer = [Hit::NONE; MOST_HITS];
     let all = index.all_hits(ray, &mut buffer);
+    let mut batch = [Hit::NONE; IN_A_BATCH];
+    index.closest_hits(&[*ray; IN_A_BATCH], &mut batch);
 
     line.hit_count += u32::from(closest.is_some());
     line.hits.word(u32::from(occluded) + 2 * u32::from(all.truncated));
-    for hit in closest.iter().chain(all.hits) {
+    for hit in closest.iter().chain(all.hits).chain(&batch) {
         line.hits.word(hit.triangle.0);
         for number in [hit.t, hit.u, hit.v] {
             line.hits.word(number.to_bits());
