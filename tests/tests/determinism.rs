@@ -35,8 +35,8 @@ const IMAGES: &[(&str, u64)] = &[
     ("wide-octree-hierarchy", 0xaf1d_eede_5f14_860b),
     ("compact-octree", 0x3065_8c6f_e89c_c8f2),
     ("compact-octree-hierarchy", 0x14d5_b28a_50cd_f184),
-    ("lean-octree", 0x6633_f7ca_059f_6b03),
-    ("lean-octree-hierarchy", 0xe395_04f4_27be_5b1c),
+    ("lean-octree", 0x8461_72e7_a9f2_8f9e),
+    ("lean-octree-hierarchy", 0xf6de_2565_3d12_eeab),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots

@@ -316,6 +316,12 @@ impl<'a> Image<'a> {
         self.triangles
     }
 
+    /// As [`Self::triangles`], for walks that want them where they are.
+    #[inline]
+    pub(crate) fn mesh(&self) -> &Mesh<'a> {
+        &self.triangles
+    }
+
     /// The cluster tree: leaves, then inner nodes, the root last.
     pub fn nodes(&self) -> &'a [ClusterNode] {
         self.nodes

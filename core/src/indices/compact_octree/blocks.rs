@@ -163,11 +163,12 @@ impl Form for Blocks {
         tree: Packed<'_, Self>,
         link: u32,
         ray: &LaneRay,
+        _: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
         let candidates = |block: &Block, query: &Q| {
             let edge = f32::from_bits(block[0] & EDGE);
-            L::meet_triangles(&L::unpack(block), ray, edge, finite(query.last_t()))
+            L::meet_triangles(&L::unpack(block), ray, L::all(edge), finite(query.last_t()))
         };
         let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
         for_each_block::<L, _>(tree.words, link, query, candidates, judge)

@@ -1,10 +1,12 @@
 //! Unpacking, eight at once; what is unpacked is tested as in the wide octree.
 
+use super::ids::FewBoxes;
 use super::{BLOCK_HEAD, BLOCK_WORDS, Block, Node, corner_at, vertex_count};
+use crate::Mesh;
 use crate::indices::wide_octree::lanes::{Eight, FAR, LaneRay, Lanes, Portable, meet_planes};
-use crate::indices::wide_octree::{LANES, Leaf};
+use crate::indices::wide_octree::{LANES, Leaf, Row};
 
-/// Lanes that can read nodes and blocks.
+/// Lanes that can read nodes and leaves.
 pub(super) trait Unpack: Lanes {
     /// As [`Lanes::meet_boxes`].
     fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys;
@@ -12,21 +14,25 @@ pub(super) trait Unpack: Lanes {
     /// The corners of a block's triangles; of unused lanes, anything. No ids.
     fn unpack(block: &Block) -> Leaf;
 
-    /// The keys of the first lanes, `FAR` in the others.
-    fn first(keys: Self::Keys, count: usize) -> Self::Keys;
+    /// As [`Lanes::meet_boxes`], for as many lanes as there are boxes.
+    fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys;
+
+    /// As [`Lanes::meet_triangles`], with triangles by id, in the lanes up to the last that is used.
+    fn meet_known(triangles: &Mesh<'_>, ids: &Row, last_lane: u32, ray: &LaneRay, last: f32)
+    -> u32;
 }
 
-/// With all bits set in lanes from a count on.
-pub(super) const LANES_FROM: [[u16; LANES]; LANES + 1] = {
-    let mut masks = [[FAR; LANES]; LANES + 1];
-    let mut count = 0;
-    while count <= LANES {
+/// With all bits set in lanes behind the last that is used, whose number is the place.
+pub(super) const UNUSED: [[u16; LANES]; LANES] = {
+    let mut masks = [[FAR; LANES]; LANES];
+    let mut last = 0;
+    while last < LANES {
         let mut lane = 0;
-        while lane < count {
-            masks[count][lane] = 0;
+        while lane <= last {
+            masks[last][lane] = 0;
             lane += 1;
         }
-        count += 1;
+        last += 1;
     }
     masks
 };
@@ -34,10 +40,12 @@ pub(super) const LANES_FROM: [[u16; LANES]; LANES + 1] = {
 impl Unpack for Portable {
     #[inline(always)]
     fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys {
-        meet_planes(ray, last, |axis, side| {
-            let quantum = |lane| f32::from(node.quantum(axis, side, lane)).to_bits();
-            let quanta = Eight::of(&core::array::from_fn(quantum));
-            quanta * Eight::all(node.step[axis % 3]) + Eight::all(node.anchor[axis % 3])
+        let (anchor, step) = (node.anchor.map(Eight::all), node.step.map(Eight::all));
+        meet_planes(ray, last, |axis| {
+            ray.sides(axis).map(|side| {
+                let quantum = |lane| f32::from(node.quantum(axis, side, lane)).to_bits();
+                Eight::of(&core::array::from_fn(quantum)) * step[axis % 3] + anchor[axis % 3]
+            })
         })
     }
 
@@ -56,8 +64,35 @@ impl Unpack for Portable {
     }
 
     #[inline(always)]
-    fn first(keys: Self::Keys, count: usize) -> Self::Keys {
-        let beyond = LANES_FROM[count.min(LANES)];
+    fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys {
+        let (anchor, step) = (boxes.anchor.map(Eight::all), boxes.step.map(Eight::all));
+        let keys = meet_planes(ray, last, |axis| {
+            ray.sides(axis).map(|side| {
+                let quantum = |sides: u32| f32::from((sides >> (16 * side)) as u16).to_bits();
+                let quanta = Eight::of(&boxes.sides[axis % 3].map(quantum));
+                quanta * step[axis % 3] + anchor[axis % 3]
+            })
+        });
+        let beyond = UNUSED[boxes.last_lane % LANES];
         core::array::from_fn(|lane| keys[lane] | beyond[lane])
+    }
+
+    #[inline(always)]
+    fn meet_known(
+        triangles: &Mesh<'_>,
+        ids: &Row,
+        last_lane: u32,
+        ray: &LaneRay,
+        last: f32,
+    ) -> u32 {
+        let mut leaf = Leaf::default();
+        for (lane, &id) in ids.iter().enumerate().take(last_lane as usize + 1) {
+            let triangle = triangles.get(id).unwrap_or_default();
+            let corners = [triangle.a, triangle.b, triangle.c].into_iter();
+            for (row, number) in leaf.iter_mut().zip(corners.flat_map(|corner| corner.to_array())) {
+                row[lane] = number.to_bits();
+            }
+        }
+        Self::meet_triangles(&leaf, ray, Self::edges(&leaf), last)
     }
 }

@@ -92,11 +92,12 @@ trait Form: Copy + 'static {
     /// Decides about all triangles of a leaf, and counts them.
     fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()>;
 
-    /// Decides about those that the ray may hit, and counts all.
+    /// Decides about those that the ray may hit up to `last`, and counts all.
     fn test<L: Unpack, Q: Query>(
         tree: Packed<'_, Self>,
         link: u32,
         ray: &LaneRay,
+        last: f32,
         query: &mut Q,
     ) -> ControlFlow<()>;
 
@@ -115,7 +116,7 @@ const EMPTY: u32 = u32::MAX;
 #[repr(C)]
 struct Node {
     /// Of each axis the lower planes, then the upper; the lower half of a word first.
-    planes: [[u32; 4]; 6],
+    planes: [[[u32; 4]; 2]; 3],
     anchor: [f32; 3],
     step: [f32; 3],
     links: [u32; LANES],

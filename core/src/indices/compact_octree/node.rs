@@ -18,11 +18,17 @@ use crate::Vec3;
 use crate::geometry::Aabb;
 use crate::indices::wide_octree::LANES;
 
+impl Default for Node {
+    /// No boxes.
+    fn default() -> Self {
+        Self { anchor: [0.0; 3], step: [0.0; 3], planes: [[[0; 4]; 2]; 3], links: [EMPTY; LANES] }
+    }
+}
+
 impl Node {
     /// A node of up to eight boxes, links yet to be set.
     pub fn of(boxes: &[Aabb]) -> Self {
-        let mut node =
-            Self { anchor: [0.0; 3], step: [0.0; 3], planes: [[0; 4]; 6], links: [EMPTY; LANES] };
+        let mut node = Self::default();
         let all = boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(*bounds));
         for axis in 0..3 {
             let (anchor, step) = scale(all.lo.to_array()[axis], all.hi.to_array()[axis]);
@@ -31,10 +37,8 @@ impl Node {
             for (lane, bounds) in boxes.iter().enumerate().take(LANES) {
                 let lo = last_below(bounds.lo.to_array()[axis], anchor, step);
                 let hi = first_above(bounds.hi.to_array()[axis], anchor, step);
-                for (side, quantum) in [lo, hi].into_iter().enumerate() {
-                    let word = &mut node.planes[2 * axis + side][lane / 2];
-                    *word |= u32::from(quantum) << (16 * (lane % 2));
-                }
+                node.set_quantum(axis, 0, lane, lo);
+                node.set_quantum(axis, 1, lane, hi);
             }
         }
         node
@@ -47,8 +51,14 @@ impl Node {
     /// Of an axis the lower plane (side 0) or the upper, in steps from the anchor.
     #[inline(always)]
     pub fn quantum(&self, axis: usize, side: usize, lane: usize) -> u16 {
-        let words = self.planes[(2 * axis + side) % 6];
+        let words = self.planes[axis % 3][side % 2];
         (words[lane / 2 % 4] >> (16 * (lane % 2))) as u16
+    }
+
+    /// Sets one that was 0.
+    pub fn set_quantum(&mut self, axis: usize, side: usize, lane: usize, quantum: u16) {
+        let words = &mut self.planes[axis % 3][side % 2];
+        words[lane / 2 % 4] |= u32::from(quantum) << (16 * (lane % 2));
     }
 
     /// The box of a lane.

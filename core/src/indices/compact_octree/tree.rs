@@ -16,14 +16,20 @@ use crate::query::Query;
 #[derive(Clone, Copy)]
 pub(super) struct Packed<'a, F> {
     pub words: &'a [u32],
-    pub triangles: Mesh<'a>,
+    /// For its triangles. By reference: as part of this, a mesh would be copied at every leaf.
+    image: &'a Image<'a>,
     leaves: PhantomData<F>,
 }
 
 impl<'a, F> Packed<'a, F> {
     #[inline]
-    pub fn of(image: &Image<'a>) -> Self {
-        Self { words: image.words(), triangles: image.triangles(), leaves: PhantomData }
+    pub fn of(image: &'a Image<'a>) -> Self {
+        Self { words: image.words(), image, leaves: PhantomData }
+    }
+
+    #[inline(always)]
+    pub fn triangles(&self) -> &'a Mesh<'a> {
+        self.image.mesh()
     }
 }
 
@@ -68,9 +74,9 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
         self,
         step: Step,
         ray: &LaneRay,
-        _: f32,
+        last: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        F::test::<L, Q>(self, step.link, ray, query)
+        F::test::<L, Q>(self, step.link, ray, last, query)
     }
 }

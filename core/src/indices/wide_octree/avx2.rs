@@ -21,7 +21,7 @@ use core::arch::x86_64::{
 use core::ops::ControlFlow;
 
 use super::avx512;
-use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW};
+use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW, sides_of};
 use super::walk::{InLanes, decide_each, walk_each_in_lanes, walk_in_lanes};
 use super::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::geometry::kernel::{Intersection, Verdict, clamped};
@@ -74,6 +74,13 @@ fn walk_each_with_avx2<T: InLanes<Avx2>, Q: Query>(
 
 impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
     type Keys = __m128i;
+    type Numbers = __m256;
+
+    #[inline(always)]
+    fn all(number: f32) -> __m256 {
+        // SAFETY: see `meet_boxes`.
+        unsafe { all(number) }
+    }
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
@@ -112,9 +119,15 @@ impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
     }
 
     #[inline(always)]
-    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
+    fn edges(leaf: &Leaf) -> __m256 {
         // SAFETY: see `meet_boxes`.
-        unsafe { meet_triangles(leaf, ray, edge, last) }
+        unsafe { edges(leaf) }
+    }
+
+    #[inline(always)]
+    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> u32 {
+        // SAFETY: see `meet_boxes`.
+        unsafe { meet_triangles(leaf, ray, edges, last) }
     }
 
     #[inline(always)]
@@ -139,6 +152,12 @@ impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
 
 #[inline]
 #[target_feature(enable = "avx2")]
+fn all(number: f32) -> __m256 {
+    _mm256_set1_ps(number)
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
 fn load(row: &Row) -> __m256 {
     bytemuck::must_cast(*row)
 }
@@ -146,7 +165,7 @@ fn load(row: &Row) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-    meet_planes(ray, last, |axis, side| load(&node[2 * axis + side]))
+    meet_planes(ray, last, |axis| ray.sides(axis).map(|side| load(&sides_of(node)[axis][side])))
 }
 
 /// As `lanes::meet_planes`.
@@ -155,15 +174,14 @@ fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
 pub(in crate::indices) fn meet_planes(
     ray: &LaneRay,
     last: f32,
-    plane: impl Fn(usize, usize) -> __m256,
+    planes: impl Fn(usize) -> [__m256; 2],
 ) -> __m128i {
     let mut entry = _mm256_set1_ps(ray.t_min);
     let mut exit = _mm256_set1_ps(last);
     for axis in 0..3 {
-        let side = ray.near_side(axis);
         let origin = _mm256_set1_ps(ray.origin[axis]);
         let (enter, leave) = (_mm256_set1_ps(ray.enter[axis]), _mm256_set1_ps(ray.leave[axis]));
-        let (near, far) = (plane(axis, side), plane(axis, 1 - side));
+        let [near, far] = planes(axis);
         // Of a NaN and a number, these return the second operand.
         entry = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(origin, near), enter), entry);
         exit = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(origin, far), leave), exit);
@@ -207,8 +225,17 @@ fn without(keys: __m128i, lane: usize) -> __m128i {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
-    let all = |x: f32| _mm256_set1_ps(x);
+fn edges(leaf: &Leaf) -> __m256 {
+    let length = |at: usize| {
+        let edge = _mm256_sub_ps(load(&leaf[at]), load(&leaf[at % 3]));
+        _mm256_andnot_ps(all(-0.0), edge)
+    };
+    (4..9).fold(length(3), |longest, at| _mm256_max_ps(longest, length(at)))
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> u32 {
     let sign = all(-0.0);
     let negated = |x| _mm256_xor_ps(sign, x);
     let abs = |x| _mm256_andnot_ps(sign, x);
@@ -228,11 +255,6 @@ fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
     let above = |x, y| _mm256_cmp_ps::<_CMP_GT_OQ>(x, y);
     let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
 
-    let sum = SUM * ray.reach * edge;
-    let doubt = DISTANCE * edge * edge;
-    let wider = doubt * ray.reach;
-    let underflow = ray.underflow();
-
     let p = corner(0);
     let d = [0, 1, 2].map(|axis| all(ray.direction[axis]));
     let a = minus(p, [0, 1, 2].map(|axis| all(ray.origin[axis])));
@@ -247,17 +269,21 @@ fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
     let w = less(less(det, u), v);
 
     let a = _mm256_max_ps(abs(a[0]), _mm256_max_ps(abs(a[1]), abs(a[2])));
-    let margin = plus(times(all(sum), plus(all(edge), plus(a, a))), all(underflow));
+    let underflow = all(ray.underflow());
+    let sum = times(all(SUM * ray.reach), edges);
+    let margin = plus(times(sum, plus(edges, plus(a, a))), underflow);
     let lowest = _mm256_min_ps(_mm256_min_ps(u, v), w);
     let highest = _mm256_max_ps(_mm256_max_ps(u, v), w);
     let mixed = _mm256_and_ps(below(lowest, negated(margin)), above(highest, margin));
 
     let size = abs(det);
     let along = _mm256_xor_ps(t, _mm256_and_ps(det, sign));
-    let slack = plus(times(all(doubt), a), all(underflow));
-    let late = above(less(along, slack), times(all(last), plus(size, all(wider))));
-    let early = below(plus(along, slack), times(all(ray.t_min), less(size, all(wider))));
-    let certain = above(size, all(wider + underflow));
+    let doubt = times(times(all(DISTANCE), edges), edges);
+    let wider = times(doubt, all(ray.reach));
+    let slack = plus(times(doubt, a), underflow);
+    let late = above(less(along, slack), times(all(last), plus(size, wider)));
+    let early = below(plus(along, slack), times(all(ray.t_min), less(size, wider)));
+    let certain = above(size, plus(wider, underflow));
     let missed = _mm256_or_ps(mixed, _mm256_and_ps(certain, _mm256_or_ps(late, early)));
     !(_mm256_movemask_ps(missed) as u32) & 0xff
 }

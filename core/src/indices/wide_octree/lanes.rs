@@ -45,6 +45,10 @@ pub(in crate::indices) struct LaneRay {
     /// distance from a plane to the origin into where the ray enters and leaves.
     pub enter: [f32; 4],
     pub leave: [f32; 4],
+    /// Where the direction is negative, twos, else zeros: as the order of the bytes of a word, which has the lower
+    /// side of a box in its lower half, what brings there the side by which the ray enters.
+    #[cfg(target_arch = "x86_64")]
+    pub swap: [u32; 4],
     /// The largest component of the direction.
     pub reach: f32,
     pub t_min: f32,
@@ -67,7 +71,16 @@ impl LaneRay {
     /// No ray yet.
     pub const IDLE: Self = {
         let zero = [0.0; 4];
-        Self { origin: zero, direction: zero, enter: zero, leave: zero, reach: 0.0, t_min: 0.0 }
+        Self {
+            origin: zero,
+            direction: zero,
+            enter: zero,
+            leave: zero,
+            #[cfg(target_arch = "x86_64")]
+            swap: [0; 4],
+            reach: 0.0,
+            t_min: 0.0,
+        }
     };
 
     /// `None` for a ray that has to take the `f64` way, in a scene whose largest coordinate is given.
@@ -90,15 +103,22 @@ impl LaneRay {
             direction: direction.to_array(),
             enter: (inverse * EARLIER).to_array(),
             leave: (inverse * LATER).to_array(),
+            #[cfg(target_arch = "x86_64")]
+            swap: bytemuck::must_cast(Vec4::select(
+                inverse.cmpgt(Vec4::ZERO),
+                Vec4::splat(f32::from_bits(0x0202_0202)),
+                Vec4::ZERO,
+            )),
             reach: sizes.max_element(),
             t_min: ray.t_min(),
         })
     }
 
-    /// Which side of a box the ray enters it by: 0 for the lower, 1 for the upper.
+    /// Which side of a box the ray enters it by, 0 for the lower, 1 for the upper, and which it leaves it by.
     #[inline(always)]
-    pub fn near_side(&self, axis: usize) -> usize {
-        (self.direction[axis % 4].to_bits() >> 31) as usize
+    pub fn sides(&self, axis: usize) -> [usize; 2] {
+        let near = (self.direction[axis % 4].to_bits() >> 31) as usize;
+        [near, 1 - near]
     }
 
     /// The most that underflows can cost `det` less the other volumes.
@@ -108,10 +128,21 @@ impl LaneRay {
     }
 }
 
+/// Of a node's boxes, by axis, the lower sides and the upper.
+#[inline(always)]
+pub(super) fn sides_of(node: &Node) -> &[[Row; 2]; 4] {
+    bytemuck::must_cast_ref(node)
+}
+
 /// Eight boxes, or eight triangles, at once.
 pub(in crate::indices) trait Lanes {
     /// Eight numbers of 16 bits.
     type Keys: Copy;
+    /// Eight numbers.
+    type Numbers: Copy;
+
+    /// The same number in all lanes.
+    fn all(number: f32) -> Self::Numbers;
 
     /// For each box, where the ray enters it, at the earliest, as a key; `FAR` for one that the ray does not
     /// meet up to `last`.
@@ -130,9 +161,12 @@ pub(in crate::indices) trait Lanes {
     /// The keys with `FAR` in one lane.
     fn without(keys: Self::Keys, lane: usize) -> Self::Keys;
 
+    /// The largest component of each triangle's edges at corner a.
+    fn edges(leaf: &Leaf) -> Self::Numbers;
+
     /// The triangles that the ray may hit at `t_min..=last`, one bit each; of unused lanes, anything. No
-    /// edge of them is longer than `edge` along an axis.
-    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32;
+    /// edge at corner a is longer along an axis than `edges` has it.
+    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: Self::Numbers, last: f32) -> u32;
 
     /// What can be said of one triangle before the kernel is asked.
     #[inline(always)]
@@ -209,12 +243,6 @@ impl Eight {
         self.each(Vec4::abs)
     }
 
-    /// The largest of the eight, none of which is NaN.
-    #[inline(always)]
-    pub fn largest(self) -> f32 {
-        self.0[0].max(self.0[1]).max_element()
-    }
-
     /// The larger one; of a NaN and a number, the second.
     #[inline(always)]
     pub fn larger(self, other: Self) -> Self {
@@ -287,19 +315,19 @@ fn cross(a: Points, b: Points) -> Points {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// As [`Lanes::meet_boxes`], where `plane` gives the lower (0) or the upper (1) sides across an axis.
+/// As [`Lanes::meet_boxes`], where `planes` gives the sides across an axis: those by which the ray enters, and
+/// the others.
 #[inline(always)]
 pub(in crate::indices) fn meet_planes(
     ray: &LaneRay,
     last: f32,
-    plane: impl Fn(usize, usize) -> Eight,
+    planes: impl Fn(usize) -> [Eight; 2],
 ) -> [u16; LANES] {
     let mut entry = Eight::all(ray.t_min);
     let mut exit = Eight::all(last);
     for axis in 0..3 {
-        let side = ray.near_side(axis);
         let origin = Eight::all(ray.origin[axis]);
-        let (near, far) = (plane(axis, side), plane(axis, 1 - side));
+        let [near, far] = planes(axis);
         entry = ((origin - near) * Eight::all(ray.enter[axis])).larger(entry);
         exit = ((origin - far) * Eight::all(ray.leave[axis])).smaller(exit);
     }
@@ -312,10 +340,18 @@ pub(in crate::indices) fn meet_planes(
 
 impl Lanes for Portable {
     type Keys = [u16; LANES];
+    type Numbers = Eight;
+
+    #[inline(always)]
+    fn all(number: f32) -> Eight {
+        Eight::all(number)
+    }
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys {
-        meet_planes(ray, last, |axis, side| Eight::of(&node[2 * axis + side]))
+        meet_planes(ray, last, |axis| {
+            ray.sides(axis).map(|side| Eight::of(&sides_of(node)[axis][side]))
+        })
     }
 
     #[inline(always)]
@@ -338,11 +374,13 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edge: f32, last: f32) -> u32 {
-        let sum = SUM * ray.reach * edge;
-        let doubt = DISTANCE * edge * edge;
-        let wider = doubt * ray.reach;
-        let underflow = ray.underflow();
+    fn edges(leaf: &Leaf) -> Eight {
+        let length = |at: usize| (Eight::of(&leaf[at]) - Eight::of(&leaf[at % 3])).abs();
+        (4..9).fold(length(3), |longest, at| longest.larger(length(at)))
+    }
+
+    #[inline(always)]
+    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: Eight, last: f32) -> u32 {
         let all = Eight::all;
         let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
 
@@ -361,7 +399,9 @@ impl Lanes for Portable {
         let w = det - u - v;
 
         let a = a[0].abs().larger(a[1].abs().larger(a[2].abs()));
-        let margin = all(sum) * (all(edge) + (a + a)) + all(underflow);
+        let underflow = all(ray.underflow());
+        let sum = all(SUM * ray.reach) * edges;
+        let margin = sum * (edges + (a + a)) + underflow;
         let (lowest, highest) = (u.smaller(v).smaller(w), u.larger(v).larger(w));
         let mixed = lowest.below(-margin) & highest.above(margin);
 
@@ -374,11 +414,13 @@ impl Lanes for Portable {
             }))
         };
         let along = t.with(det, sign_of);
-        let slack = all(doubt) * a + all(underflow);
-        let late = (along - slack).above(all(last) * (size + all(wider)));
-        let early = (along + slack).below(all(ray.t_min) * (size - all(wider)));
+        let doubt = all(DISTANCE) * edges * edges;
+        let wider = doubt * all(ray.reach);
+        let slack = doubt * a + underflow;
+        let late = (along - slack).above(all(last) * (size + wider));
+        let early = (along + slack).below(all(ray.t_min) * (size - wider));
         // Only where the sign of det is certain is `along` what it says.
-        let certain = size.above(all(wider + underflow));
+        let certain = size.above(wider + underflow);
         !(mixed | certain & (late | early))
     }
 }

@@ -95,7 +95,7 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        let candidates = |leaf: &Leaf| L::meet_triangles(leaf, ray, step.edge, last);
+        let candidates = |leaf: &Leaf| L::meet_triangles(leaf, ray, L::all(step.edge), last);
         self.decide::<L, _>(step.link, query, candidates, |triangle, last| {
             L::judge(triangle, ray, last)
         })

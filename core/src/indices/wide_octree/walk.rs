@@ -129,6 +129,7 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
     start: impl Fn(usize) -> Option<Q>,
     mut finish: impl FnMut(usize, &Q),
 ) {
+    let (root, largest) = (tree.root(), tree.largest());
     let mut places = 0..count;
     let walking = Cell::new(IN_TURN);
     // Takes the next ray that lanes can take; the others are answered at once.
@@ -137,8 +138,8 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
             turn.place = place;
             turn.query = start(place);
             let Some(query) = &mut turn.query else { break };
-            if let Some(ray) = LaneRay::new(query.ray(), tree.largest()) {
-                turn.walk.begin(ray, tree.root(), query);
+            if let Some(ray) = LaneRay::new(query.ray(), largest) {
+                turn.walk.begin(ray, root, query);
                 return;
             }
             walk_in_f64(tree, query);
