@@ -86,9 +86,7 @@ impl Forest {
         }
         (forest, Split { halves: [left.at, right.at], shares, rows: node_rows })
     }
-}
 
-impl Forest {
     /// As `join`, of the most frequent case.
     fn two_leaves(at: u32, surface: f32) -> (Self, Split) {
         let mut forest = Self { costs: [0.0; LANES], rows: [2 * LEAF_ROWS; LANES], at };

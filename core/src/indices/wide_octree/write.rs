@@ -19,7 +19,7 @@ use super::{
     EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID,
     NODE_ROWS, Node, Row, leaf_link,
 };
-use crate::{Executor, Mesh};
+use crate::{Executor, Mesh, Triangle};
 
 /// The rows of a page of 4 KiB.
 const PAGE_ROWS: u32 = 128;
@@ -192,11 +192,12 @@ impl<E: Executor> Writer<'_, E> {
             leaf[IDS_ROW] = [NO_ID; LANES];
             for (lane, item) in (0..LANES).zip(items) {
                 let triangle = self.triangles.get(item.id()).unwrap_or_default();
-                let corners = [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array());
-                for (row, number) in corners.into_iter().flatten().enumerate() {
-                    leaf[row][lane] = number.to_bits();
+                let Triangle { a, b, c } = triangle;
+                let numbers = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z];
+                for (row, number) in leaf.iter_mut().zip(numbers) {
+                    row[lane % LANES] = number.to_bits();
                 }
-                leaf[IDS_ROW][lane] = item.id();
+                leaf[IDS_ROW][lane % LANES] = item.id();
             }
             edge = longest_edge(leaf);
         }
@@ -209,8 +210,8 @@ fn write_node(node: &mut Node, children: &[Child; LANES]) -> Box4 {
     let mut bounds = Box4::EMPTY;
     for (lane, child) in children.iter().enumerate() {
         set_box(node, lane, child.bounds);
-        node[LINKS_ROW][lane] = child.link;
-        node[EDGES_ROW][lane] = child.edge.to_bits();
+        node[LINKS_ROW][lane % LANES] = child.link;
+        node[EDGES_ROW][lane % LANES] = child.edge.to_bits();
         bounds = bounds.union(child.bounds);
     }
     bounds
@@ -218,8 +219,8 @@ fn write_node(node: &mut Node, children: &[Child; LANES]) -> Box4 {
 
 fn set_box(node: &mut Node, lane: usize, bounds: Box4) {
     let ([x, y, z, _], [x_hi, y_hi, z_hi, _]) = (bounds.lo.to_array(), bounds.hi.to_array());
-    for (row, side) in [x, x_hi, y, y_hi, z, z_hi].into_iter().enumerate() {
-        node[row][lane % LANES] = side.to_bits();
+    for (row, side) in node.iter_mut().zip([x, x_hi, y, y_hi, z, z_hi]) {
+        row[lane % LANES] = side.to_bits();
     }
 }
 
@@ -254,11 +255,11 @@ fn join_boxes(nodes: &mut [Node]) {
 
 /// The largest component of the triangles' edges at corner a.
 fn longest_edge(leaf: &Leaf) -> f32 {
+    let [a_x, a_y, a_z, b_x, b_y, b_z, c_x, c_y, c_z, _] = leaf;
     let mut longest = [0.0; LANES];
-    for (a, other) in [(0, 3), (1, 4), (2, 5), (0, 6), (1, 7), (2, 8)] {
-        for (lane, longest) in longest.iter_mut().enumerate() {
-            let side = f32::from_bits(leaf[other][lane]) - f32::from_bits(leaf[a][lane]);
-            *longest = larger(*longest, side.abs());
+    for (a, other) in [(a_x, b_x), (a_y, b_y), (a_z, b_z), (a_x, c_x), (a_y, c_y), (a_z, c_z)] {
+        for ((longest, &a), &other) in longest.iter_mut().zip(a).zip(other) {
+            *longest = larger(*longest, (f32::from_bits(other) - f32::from_bits(a)).abs());
         }
     }
     longest.into_iter().fold(0.0, larger)
