@@ -67,7 +67,7 @@ impl<'a> Scene<'a> {
 
     /// The same scene, and rays such as it will be asked about: some hundred are enough. The automatic resolution
     /// of grids and [`auto::select`](crate::auto::select) try their choices on them; without any, on a sample of the
-    /// scene's own. No answer depends on them.
+    /// scene's own. No answer depends on them. As the triangles, they live as long as the index that a build returns.
     #[must_use]
     pub const fn rays(self, rays: &'a [Ray]) -> Self {
         Self { rays, ..self }

@@ -50,7 +50,7 @@ use crate::{BuildError, Executor, Mesh, Options, Vectors};
 pub type CompactOctree = QuantisedOctree<Blocks>;
 
 /// The lean octree, alone or as the local index of a hierarchy: made to lie [beside](crate::Scene::beside) a
-/// mesh that is kept anyway: 7.4 to 9.9 bytes a triangle more on the scenes of the host.
+/// mesh that is kept anyway: 7.3 to 9.9 bytes a triangle more on the scenes of the host.
 pub type LeanOctree = QuantisedOctree<Ids>;
 
 /// An octree of quantised boxes, written down in some form.

@@ -3,9 +3,8 @@
 //! Eight numbers of `f32` fill half a register, so there are no other operations: the compiler has 32 registers
 //! instead of 16, reads the numbers of the ray as it multiplies, and makes one instruction of two logical ones.
 //! Eight boxes take 44 instructions instead of 52, eight triangles 116 instead of 137, with no register put aside;
-//! a ray through 3,000 triangles 1 to 4% fewer, 5 to 9% fewer in the compact octree, 3% more to 3% fewer in the
-//! lean one. Products and sums stay apart. It has run on an emulated processor only: that says that answers and
-//! counters are the same, and not how long it takes.
+//! a ray through 3,000 triangles 1 to 4% fewer, 5 to 9% fewer in the compact octree. Products and sums stay apart. It
+//! has run on an emulated processor only: that says that answers and counters are the same, and not how long it takes.
 //!
 //! What is decided about one triangle after the other stays compiled for AVX2: for AVX-512, the compiler makes
 //! gathers and permutations of 512 bits of it, which on some processors are slow, or slow down the rest.
