@@ -39,8 +39,8 @@ const TABLE: &[(IndexKind, Weights)] = &[
     (IndexKind::WideOctreeHierarchy, Weights { ray: 4.1, node: 26.9, test: 0.5 }), // +-14%
     (IndexKind::CompactOctree, Weights { ray: 17.4, node: 19.7, test: 8.1 }), // +-14%
     (IndexKind::CompactOctreeHierarchy, Weights { ray: 17.4, node: 19.7, test: 8.1 }), // +-14%
-    (IndexKind::LeanOctree, Weights { ray: 21.0, node: 36.8, test: 26.5 }), // +-13%
-    (IndexKind::LeanOctreeHierarchy, Weights { ray: 21.0, node: 36.8, test: 26.5 }), // +-13%
+    (IndexKind::LeanOctree, Weights { ray: 21.0, node: 19.2, test: 12.4 }), // +-8%
+    (IndexKind::LeanOctreeHierarchy, Weights { ray: 21.0, node: 19.2, test: 12.4 }), // +-8%
 ];
 
 /// For an index that was never measured: such that it is not preferred for that.
