@@ -8,7 +8,7 @@ use crate::indices::Division;
 use crate::indices::wide_octree::LANES;
 use crate::indices::wide_octree::build::sort;
 use crate::indices::wide_octree::collapse::Subtree;
-use crate::indices::wide_octree::divide::{Box4, Item};
+use crate::indices::wide_octree::item::{Box4, Item};
 use crate::memory::Words;
 use crate::{BuildError, Executor, Mesh};
 

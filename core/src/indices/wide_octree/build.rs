@@ -9,7 +9,8 @@
 //! Octrees that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
 
 use super::collapse::{Forest, Split, Subtree};
-use super::divide::{Divider, Item, Place, larger};
+use super::divide::{Divider, Place};
+use super::item::{Item, larger};
 use super::write::Writer;
 use super::{HEAD_ROWS, LANES, LEAF_ROWS, NODE_ROWS, ROW_MASK};
 use crate::indices::Division;

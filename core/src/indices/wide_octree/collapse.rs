@@ -12,7 +12,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::divide::Item;
+use super::item::Item;
 use super::{LANES, LEAF_ROWS, NODE_ROWS};
 
 /// A division in two, filed under the item where the second half begins.
