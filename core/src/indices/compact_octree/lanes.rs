@@ -4,7 +4,7 @@ use super::ids::FewBoxes;
 use super::{BLOCK_HEAD, BLOCK_WORDS, Block, Node, corner_at, vertex_count};
 use crate::Mesh;
 use crate::indices::wide_octree::lanes::{Eight, FAR, LaneRay, Lanes, Portable, meet_planes};
-use crate::indices::wide_octree::{LANES, Leaf, Row};
+use crate::indices::wide_octree::{LANES, Leaf, Row, set_triangle};
 
 /// Lanes that can read nodes and leaves.
 pub(super) trait Unpack: Lanes {
@@ -87,11 +87,7 @@ impl Unpack for Portable {
     ) -> u32 {
         let mut leaf = Leaf::default();
         for (lane, &id) in ids.iter().enumerate().take(last_lane as usize + 1) {
-            let triangle = triangles.get(id).unwrap_or_default();
-            let corners = [triangle.a, triangle.b, triangle.c].into_iter();
-            for (row, number) in leaf.iter_mut().zip(corners.flat_map(|corner| corner.to_array())) {
-                row[lane] = number.to_bits();
-            }
+            set_triangle(&mut leaf, lane, &triangles.get(id).unwrap_or_default());
         }
         Self::meet_triangles(&leaf, ray, Self::edges(&leaf), last)
     }

@@ -153,6 +153,16 @@ impl Structure for WideOctree {
     }
 }
 
+/// Puts a triangle where [`triangle_at`] finds it.
+#[inline(always)]
+pub(super) fn set_triangle(leaf: &mut Leaf, lane: usize, triangle: &Triangle) {
+    let Triangle { a, b, c } = triangle;
+    let numbers = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z];
+    for (row, number) in leaf.iter_mut().zip(numbers) {
+        row[lane % LANES] = number.to_bits();
+    }
+}
+
 #[inline(always)]
 pub(super) fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
     let lane = lane % LANES;

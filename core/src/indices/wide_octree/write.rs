@@ -15,12 +15,12 @@ use glam::Vec4;
 
 use super::build::both;
 use super::collapse::Subtree;
-use super::divide::{Box4, Item, larger};
+use super::item::{Box4, Item, larger};
 use super::{
     EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID,
-    NODE_ROWS, Node, Row, leaf_link,
+    NODE_ROWS, Node, Row, leaf_link, set_triangle,
 };
-use crate::{Executor, Mesh, Triangle};
+use crate::{Executor, Mesh};
 
 /// The rows of a page of 4 KiB.
 const PAGE_ROWS: u32 = 128;
@@ -146,23 +146,9 @@ impl<E: Executor> Writer<'_, E> {
         );
     }
 
-    fn upper_node(&self, node: &mut Node, mut row: u32, mut rows: &mut [Row]) {
-        let Plan { subtree, mut link, .. } = Plan::of(node, self.root);
-        let mut children = [Child::NONE; LANES];
-        for (slot, child) in children.iter_mut().zip(&subtree.children()) {
-            if is_upper(child) {
-                slot.link = link;
-                link += NODE_ROWS;
-            } else {
-                let Some((own, others)) = rows.split_at_mut_checked(child.rows() as usize) else {
-                    return;
-                };
-                *slot = self.subtree(*child, row, own);
-                row += child.rows();
-                rows = others;
-            }
-        }
-        write_node(node, &children);
+    fn upper_node(&self, node: &mut Node, row: u32, rows: &mut [Row]) {
+        let Plan { subtree, link, .. } = Plan::of(node, self.root);
+        write_node(node, &self.children(&subtree.children(), link, row, rows));
     }
 
     /// Writes a subtree into as many rows as it takes, of which the first is `row`. As deep a recursion as the tree.
@@ -171,18 +157,35 @@ impl<E: Executor> Writer<'_, E> {
         if subtrees.is_empty() {
             return self.leaf(subtree.items, row, rows);
         }
-        let Some((node, mut below)) = rows.split_first_chunk_mut() else { return Child::NONE };
-        let mut children = [Child::NONE; LANES];
-        let mut next = row + NODE_ROWS;
-        for (slot, child) in children.iter_mut().zip(&subtrees) {
-            let Some((own, others)) = below.split_at_mut_checked(child.rows() as usize) else {
-                return Child::NONE;
-            };
-            *slot = self.subtree(*child, next, own);
-            next += child.rows();
-            below = others;
-        }
+        let Some((node, below)) = rows.split_first_chunk_mut() else { return Child::NONE };
+        // Upper nodes are below upper nodes only.
+        let children = self.children(&subtrees, EMPTY, row + NODE_ROWS, below);
         Child { bounds: write_node(node, &children), link: row, edge: 0.0 }
+    }
+
+    /// Writes subtrees side by side from the row `row` on, but upper nodes, of which the first is at `link`: these
+    /// have no box yet.
+    fn children(
+        &self,
+        subtrees: &[Subtree<'_>],
+        mut link: u32,
+        mut row: u32,
+        mut rows: &mut [Row],
+    ) -> [Child; LANES] {
+        let mut children = [Child::NONE; LANES];
+        for (slot, subtree) in children.iter_mut().zip(subtrees) {
+            if is_upper(subtree) {
+                slot.link = link;
+                link += NODE_ROWS;
+            } else if let Some((own, others)) = rows.split_at_mut_checked(subtree.rows() as usize) {
+                *slot = self.subtree(*subtree, row, own);
+                row += subtree.rows();
+                rows = others;
+            } else {
+                break;
+            }
+        }
+        children
     }
 
     /// Writes a leaf.
@@ -193,11 +196,7 @@ impl<E: Executor> Writer<'_, E> {
             leaf[IDS_ROW] = [NO_ID; LANES];
             for (lane, item) in (0..LANES).zip(items) {
                 let triangle = self.triangles.get(item.id()).unwrap_or_default();
-                let Triangle { a, b, c } = triangle;
-                let numbers = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z];
-                for (row, number) in leaf.iter_mut().zip(numbers) {
-                    row[lane % LANES] = number.to_bits();
-                }
+                set_triangle(leaf, lane, &triangle);
                 leaf[IDS_ROW][lane % LANES] = item.id();
             }
             edge = longest_edge(leaf);
