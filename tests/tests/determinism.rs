@@ -31,12 +31,12 @@ const IMAGES: &[(&str, u64)] = &[
     ("bsp-tree-hierarchy", 0x708e_9625_d095_da74),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
-    ("wide-octree", 0x9fed_270c_ec7c_4376),
-    ("wide-octree-hierarchy", 0xaf1d_eede_5f14_860b),
-    ("compact-octree", 0x3065_8c6f_e89c_c8f2),
-    ("compact-octree-hierarchy", 0x14d5_b28a_50cd_f184),
-    ("lean-octree", 0x8461_72e7_a9f2_8f9e),
-    ("lean-octree-hierarchy", 0xf6de_2565_3d12_eeab),
+    ("wide-octree", 0x3d3f_cdc3_8f04_6015),
+    ("wide-octree-hierarchy", 0x611d_2fbf_e663_e403),
+    ("compact-octree", 0x1d10_8e60_08fa_1232),
+    ("compact-octree-hierarchy", 0x7833_c5bb_b115_2150),
+    ("lean-octree", 0xcd86_43db_3304_b843),
+    ("lean-octree-hierarchy", 0x2569_d243_7e72_2e7f),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots

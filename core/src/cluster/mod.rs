@@ -17,7 +17,7 @@ mod proximity;
 mod size_class;
 mod tree;
 
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, Box4};
 use crate::memory::{Arena, size_of_slice};
 use crate::{BuildError, Mesh, Options, Scene};
 
@@ -75,9 +75,8 @@ impl Clusters<'_> {
 
 /// The smallest box around some triangles.
 pub(crate) fn bounds_of(triangles: Mesh<'_>, ids: &[u32]) -> Aabb {
-    ids.iter()
-        .filter_map(|&id| triangles.get(id))
-        .fold(Aabb::EMPTY, |bounds, triangle| bounds.union(triangle.bounds()))
+    let boxes = ids.iter().filter_map(|&id| triangles.get(id)).map(|one| Box4::of_triangle(&one));
+    boxes.fold(Box4::EMPTY, Box4::union).aabb()
 }
 
 /// The bytes of scratch that [`find`] needs for so many triangles.

@@ -9,6 +9,7 @@
 //! they make every index equal to the linear scan, bit for bit.
 
 mod aabb;
+mod box4;
 mod exact;
 mod expansion;
 pub mod kernel;
@@ -18,6 +19,7 @@ mod span;
 mod triangle;
 
 pub use aabb::Aabb;
+pub(crate) use box4::Box4;
 pub use kernel::intersect;
 pub use overlap::may_overlap;
 pub use ray::{Ray, RayError};

@@ -3,12 +3,12 @@
 use core::marker::PhantomData;
 
 use super::{Form, HEAD_WORDS, Node, most_words};
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, Box4};
 use crate::indices::Division;
 use crate::indices::wide_octree::LANES;
 use crate::indices::wide_octree::build::sort;
 use crate::indices::wide_octree::collapse::Subtree;
-use crate::indices::wide_octree::item::{Box4, Item};
+use crate::indices::wide_octree::item::Item;
 use crate::memory::Words;
 use crate::{BuildError, Executor, Mesh};
 
@@ -52,7 +52,7 @@ impl<F: Form> Encoder<'_, '_, F> {
         if children.is_empty() {
             let items = subtree.items;
             let link = F::write(self.triangles, items.iter().map(Item::id), self.words);
-            return (link, Box4::around(items));
+            return (link, Item::bounds_of(items));
         }
         // A node comes before its children, and knows their boxes after them.
         let place = self.words.reserve(F::node_words(children.len()));

@@ -10,7 +10,7 @@
 
 use super::collapse::{Forest, Split, Subtree};
 use super::divide::{Divider, Place};
-use super::item::{Item, larger};
+use super::item::Item;
 use super::write::Writer;
 use super::{HEAD_ROWS, LANES, LEAF_ROWS, NODE_ROWS, ROW_MASK};
 use crate::indices::Division;
@@ -71,8 +71,8 @@ pub(in crate::indices) fn sort<'s>(
     let counts = arena.take::<u32>(nodes.len()).ok_or(full)?;
     let divider = Divider::new(items, counts, triangles, clusters, nodes);
 
-    let largest = items.iter().fold(0.0, |all, item| larger(all, item.largest_coordinate()));
     let place = divider.root(items);
+    let largest = divider.bounds(&place).largest_coordinate();
     let forest = Sorter { divider, executor }.sort(items, splits, 0, &place);
     Ok(Sorted { root: Subtree::root(items, splits, &forest), largest })
 }
@@ -104,7 +104,7 @@ impl<E: Executor> Sorter<'_, E> {
         if count <= LANES {
             return Forest::LEAF;
         }
-        let surface = self.divider.surface(place);
+        let surface = self.divider.bounds(place).surface();
         let (length, places) = self.divider.divide(items, place);
         let at = from + length as u32;
         let halves = (items.split_at_mut_checked(length), splits.split_at_mut_checked(length));

@@ -8,9 +8,10 @@ use glam::Vec4;
 
 use super::BALANCED_FROM;
 use super::halve::{halve, in_equal_parts, tests};
-use super::item::{Box4, Item, Part};
+use super::item::{Item, Part};
 use crate::Mesh;
 use crate::cluster::{Clusters, MAX_TREE_DEPTH};
+use crate::geometry::Box4;
 use crate::memory::{ClusterNode, NodeId};
 
 /// A part of the triangles, and where it stands.
@@ -60,16 +61,16 @@ impl<'b> Divider<'b> {
         }
     }
 
-    /// Half the surface of a part.
-    pub fn surface(&self, place: &Place) -> f32 {
+    /// The box of a part.
+    pub fn bounds(&self, place: &Place) -> Box4 {
         match *place {
-            Place::Inside(part, _) => part.bounds.surface(),
-            Place::Join(join) => self.bounds(join.0).surface(),
+            Place::Inside(part, _) => part.bounds,
+            Place::Join(join) => self.bounds_of(join.0),
         }
     }
 
     /// The box of a node of the cluster tree.
-    fn bounds(&self, id: u32) -> Box4 {
+    fn bounds_of(&self, id: u32) -> Box4 {
         self.nodes.get(id as usize).map_or(Box4::at(Vec4::ZERO), |node| Box4::of(&node.bounds))
     }
 
@@ -97,7 +98,7 @@ impl<'b> Divider<'b> {
     fn cheaper_first(&self, node: &ClusterNode) -> [u32; 2] {
         let cost = |link: u32| {
             let count = self.counts.get(link as usize).map_or(0, |&count| count.cast_signed());
-            self.bounds(link).surface() * tests(count)
+            self.bounds_of(link).surface() * tests(count)
         };
         let [left, right] = node.links;
         if cost(right) < cost(left) { [right, left] } else { [left, right] }

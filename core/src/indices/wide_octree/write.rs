@@ -15,11 +15,12 @@ use glam::Vec4;
 
 use super::build::both;
 use super::collapse::Subtree;
-use super::item::{Box4, Item, larger};
+use super::item::{Item, larger};
 use super::{
     EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID,
     NODE_ROWS, Node, Row, leaf_link, set_triangle,
 };
+use crate::geometry::Box4;
 use crate::{Executor, Mesh};
 
 /// The rows of a page of 4 KiB.
@@ -201,7 +202,7 @@ impl<E: Executor> Writer<'_, E> {
             }
             edge = longest_edge(leaf);
         }
-        Child { bounds: Box4::around(items), link: leaf_link(row, items.len() as u32), edge }
+        Child { bounds: Item::bounds_of(items), link: leaf_link(row, items.len() as u32), edge }
     }
 }
 

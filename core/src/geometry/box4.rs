@@ -1,0 +1,57 @@
+//! Boxes along the axes, while an index is built.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use super::{Aabb, Triangle};
+
+/// A box, in registers of four; the last component is not used.
+///
+/// No coordinate is -0.0, so the least and the largest are the same on every target.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Box4 {
+    pub lo: Vec4,
+    pub hi: Vec4,
+}
+
+impl Box4 {
+    pub const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+
+    pub fn of(bounds: &Aabb) -> Self {
+        Self { lo: bounds.lo.extend(0.0), hi: bounds.hi.extend(0.0) }
+    }
+
+    /// The box around a triangle.
+    #[inline]
+    pub fn of_triangle(triangle: &Triangle) -> Self {
+        let Triangle { a, b, c } = triangle;
+        let [a, b, c] = [a, b, c].map(|corner| Self::at(corner.extend(0.0) + Vec4::ZERO));
+        a.union(b).union(c)
+    }
+
+    /// A box that is one point.
+    pub fn at(point: Vec4) -> Self {
+        Self { lo: point, hi: point }
+    }
+
+    pub fn union(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// In three components.
+    pub fn aabb(self) -> Aabb {
+        Aabb::new(self.lo.truncate(), self.hi.truncate())
+    }
+
+    /// The largest coordinate, whatever its sign.
+    pub fn largest_coordinate(&self) -> f32 {
+        self.lo.abs().max(self.hi.abs()).truncate().max_element()
+    }
+
+    /// Half the surface.
+    pub fn surface(&self) -> f32 {
+        let [x, y, z, _] = (self.hi - self.lo).to_array();
+        x * y + y * z + z * x
+    }
+}
