@@ -38,11 +38,15 @@ pub enum Family {
     Tie,
     /// So near a corner that one weight is tiny.
     NearCorner,
+    /// Anywhere: hard where the interval ends.
+    Anywhere,
+    /// Begins so near that `t` is a few times the smallest float, or rounded to 0.
+    Touching,
 }
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Lattice,
         Self::Sliver,
         Self::Edge,
@@ -56,6 +60,8 @@ impl Family {
         Self::DirectionScale,
         Self::Tie,
         Self::NearCorner,
+        Self::Anywhere,
+        Self::Touching,
     ];
 
     /// A pair of the family.
@@ -74,6 +80,8 @@ impl Family {
                 Self::DirectionScale => direction_scale(random),
                 Self::Tie => tie(random),
                 Self::NearCorner => near_corner(random),
+                Self::Anywhere => anywhere(random),
+                Self::Touching => touching(random),
                 Self::IntervalEnd => {
                     if let Some(pair) = interval_end(random) {
                         return pair;
@@ -307,6 +315,31 @@ fn near_corner(random: &mut Random) -> Candidate {
 }
 
 /// `None` for a line that misses, or a bound that is no number.
+fn anywhere(random: &mut Random) -> Candidate {
+    let corners = [(); 3].map(|()| random.point());
+    let origin = random.point() * 4.0;
+    let target = inside(if random.once_in(4) { [random.point(); 3] } else { corners }, random);
+    (origin, towards(origin, target), Triangle::new(corners[0], corners[1], corners[2]))
+}
+
+fn touching(random: &mut Random) -> Candidate {
+    // Where a large triangle's corner a is near too, the bounds of other roundings do not cover that of `t`.
+    let size = power_of_two(random.whole(0, 22)) as f32;
+    let mut corners = [(); 3].map(|()| random.lattice(8) * size);
+    let (mut origin, mut direction) = (random.lattice(3) * size, random.lattice(8));
+    if random.once_in(2) {
+        (origin, direction) = (corners[0], Vec3::ZERO);
+    }
+    let axis = random.below(3);
+    for corner in &mut corners {
+        corner[axis] = 0.0;
+    }
+    let steps = random.whole(-20, 20);
+    direction[axis] = random.whole(1, 8) as f32;
+    origin[axis] = steps as f32 * f32::from_bits(1);
+    (origin, direction, Triangle::new(corners[0], corners[1], corners[2]))
+}
+
 fn interval_end(random: &mut Random) -> Option<(Ray, Triangle)> {
     let family = random.pick(&[
         Family::Lattice,
@@ -315,6 +348,9 @@ fn interval_end(random: &mut Random) -> Option<(Ray, Triangle)> {
         Family::DirectionScale,
         Family::Tie,
         Family::Sliver,
+        Family::Anywhere,
+        Family::Anywhere,
+        Family::Touching,
     ]);
     let (line, triangle) = family.pair(random);
     let t = oracle::hit::intersect(&line, &triangle)?.t;

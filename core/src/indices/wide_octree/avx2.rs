@@ -21,7 +21,7 @@ use core::arch::x86_64::{
 use core::ops::ControlFlow;
 
 use super::avx512;
-use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, SUM, UNDERFLOW, sides_of};
+use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
 use super::walk::{InLanes, decide_each, walk_each_in_lanes, walk_in_lanes};
 use super::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::geometry::kernel::{Intersection, Verdict, clamped};
@@ -281,8 +281,8 @@ fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> u32 {
     let doubt = times(times(all(DISTANCE), edges), edges);
     let wider = times(doubt, all(ray.reach));
     let slack = plus(times(doubt, a), underflow);
-    let late = above(less(along, slack), times(all(last), plus(size, wider)));
-    let early = below(plus(along, slack), times(all(ray.t_min), less(size, wider)));
+    let late = above(less(along, slack), times(all(last + ROUNDED), plus(size, wider)));
+    let early = below(plus(along, slack), times(all(ray.t_min - ROUNDED), less(size, wider)));
     let certain = above(size, plus(wider, underflow));
     let missed = _mm256_or_ps(mixed, _mm256_and_ps(certain, _mm256_or_ps(late, early)));
     !(_mm256_movemask_ps(missed) as u32) & 0xff

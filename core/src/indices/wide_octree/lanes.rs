@@ -23,7 +23,7 @@
 //! beyond the last `t` times `det`, or surely before `t_min`, that too. The error of `det * t` is at
 //! most `56 u S E^2`; that of `last * det` is `48 u last D E^2`, and as `det` is at most `6 D E^2`, `6 u
 //! last D E^2` for each of: the product, the sum with the margin, the rounding of the reported `t`. 80
-//! covers either.
+//! covers either, and `ROUNDED` the rounding of the smallest.
 
 use core::ops::{Add, ControlFlow, Mul, Neg, Sub};
 
@@ -66,6 +66,9 @@ pub(super) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
 const R: f32 = f32::EPSILON / 2.0;
 pub(super) const SUM: f32 = 64.0 * R;
 pub(super) const DISTANCE: f32 = 80.0 * R;
+/// How far before `t_min` or behind the last `t` another may lie and be rounded to it, where they are so small that
+/// the relative bounds do not cover that. 2^-150 would be enough, and slow: it is no normal number.
+pub(super) const ROUNDED: f32 = 8.271_806e-25; // 2^-80
 
 impl LaneRay {
     /// No ray yet.
@@ -417,8 +420,8 @@ impl Lanes for Portable {
         let doubt = all(DISTANCE) * edges * edges;
         let wider = doubt * all(ray.reach);
         let slack = doubt * a + underflow;
-        let late = (along - slack).above(all(last) * (size + wider));
-        let early = (along + slack).below(all(ray.t_min) * (size - wider));
+        let late = (along - slack).above(all(last + ROUNDED) * (size + wider));
+        let early = (along + slack).below(all(ray.t_min - ROUNDED) * (size - wider));
         // Only where the sign of det is certain is `along` what it says.
         let certain = size.above(wider + underflow);
         !(mixed | certain & (late | early))
