@@ -95,6 +95,9 @@ impl Count for &mut Counters {
 
 /// What an index asks while it walks.
 pub trait Query {
+    /// Whether any hit is enough.
+    const ANY: bool = false;
+
     /// Says that a node is entered.
     fn enter(&mut self);
     /// The ray that is asked about.
@@ -109,6 +112,11 @@ pub trait Query {
     }
     /// Says that so many triangles are tested.
     fn count_tests(&mut self, count: u32);
+    /// Says that a triangle is surely hit; `Break` if no more than that is to be known.
+    #[inline]
+    fn surely_hit(&mut self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
     /// Decides exactly whether a triangle is hit, where that is still in doubt; `Break` once the answer is
     /// known. Asking about one twice does no harm.
     fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()>;
@@ -202,6 +210,8 @@ impl<'r, C: Count> Occluded<'r, C> {
 }
 
 impl<C: Count> Query for Occluded<'_, C> {
+    const ANY: bool = true;
+
     #[inline]
     fn enter(&mut self) {
         self.count.node();
@@ -220,6 +230,12 @@ impl<C: Count> Query for Occluded<'_, C> {
     #[inline]
     fn count_tests(&mut self, count: u32) {
         self.count.tests(count);
+    }
+
+    #[inline]
+    fn surely_hit(&mut self) -> ControlFlow<()> {
+        self.found = true;
+        ControlFlow::Break(())
     }
 
     #[inline]

@@ -18,8 +18,9 @@ use super::ids::FewBoxes;
 use super::lanes::{UNUSED, Unpack};
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
 use crate::indices::wide_octree::avx2::{Avx, Avx2, meet_planes};
-use crate::indices::wide_octree::lanes::{LaneRay, Lanes};
+use crate::indices::wide_octree::lanes::{Candidates, LaneRay, Lanes};
 use crate::indices::wide_octree::{LANES, Leaf, Row};
+use crate::query::Query;
 use crate::{Mesh, Triangle, Vec3};
 
 impl<const WITH_512: bool> Unpack for Avx<WITH_512> {
@@ -42,15 +43,15 @@ impl<const WITH_512: bool> Unpack for Avx<WITH_512> {
     }
 
     #[inline(always)]
-    fn meet_known(
+    fn meet_known<Q: Query>(
         triangles: &Mesh<'_>,
         ids: &Row,
         last_lane: u32,
         ray: &LaneRay,
         last: f32,
-    ) -> u32 {
+    ) -> Candidates {
         // SAFETY: see `meet_node`.
-        unsafe { meet_known(triangles, ids, last_lane, ray, last) }
+        unsafe { meet_known::<Q>(triangles, ids, last_lane, ray, last) }
     }
 }
 
@@ -93,7 +94,13 @@ fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> __m128i {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn meet_known(triangles: &Mesh<'_>, ids: &Row, last_lane: u32, ray: &LaneRay, last: f32) -> u32 {
+fn meet_known<Q: Query>(
+    triangles: &Mesh<'_>,
+    ids: &Row,
+    last_lane: u32,
+    ray: &LaneRay,
+    last: f32,
+) -> Candidates {
     // Unused lanes have the first triangle again.
     let used = _mm256_set1_epi32(last_lane.cast_signed());
     let unused = _mm256_cmpgt_epi32(bytemuck::must_cast([0, 1, 2, 3, 4, 5, 6, 7]), used);
@@ -104,7 +111,7 @@ fn meet_known(triangles: &Mesh<'_>, ids: &Row, last_lane: u32, ray: &LaneRay, la
         Mesh::Triangles(triangles) => gather_triangles(triangles, &ids).unwrap_or_default(),
         Mesh::Indexed { vertices, corners } => gather_corners(vertices, corners, &ids),
     };
-    Avx2::meet_triangles(&leaf, ray, Avx2::edges(&leaf), last)
+    Avx2::meet_triangles::<Q>(&leaf, ray, Avx2::edges(&leaf), last)
 }
 
 /// Four rows of eight turned into eight of four: of each, lanes 0 to 3 are one, lanes 4 to 7 another.

@@ -21,7 +21,7 @@ use super::tree::Packed;
 use super::{Form, LEAF, NODE_WORDS, Node};
 use crate::geometry::kernel::Verdict;
 use crate::indices::wide_octree::LANES;
-use crate::indices::wide_octree::lanes::{LaneRay, Portable};
+use crate::indices::wide_octree::lanes::{Candidates, LaneRay, Portable};
 use crate::indices::wide_octree::walk::finite;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
@@ -153,7 +153,7 @@ impl Form for Blocks {
             tree.words,
             link,
             query,
-            |_, _| u32::MAX,
+            |_, _| Candidates::ALL,
             |_, _| Verdict::InDoubt,
         )
     }
@@ -168,7 +168,7 @@ impl Form for Blocks {
     ) -> ControlFlow<()> {
         let candidates = |block: &Block, query: &Q| {
             let edge = f32::from_bits(block[0] & EDGE);
-            L::meet_triangles(&L::unpack(block), ray, L::all(edge), finite(query.last_t()))
+            L::meet_triangles::<Q>(&L::unpack(block), ray, L::all(edge), finite(query.last_t()))
         };
         let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
         for_each_block::<L, _>(tree.words, link, query, candidates, judge)
@@ -195,7 +195,7 @@ fn for_each_block<L: Unpack, Q: Query>(
     words: &[u32],
     link: u32,
     query: &mut Q,
-    candidates: impl Fn(&Block, &Q) -> u32,
+    candidates: impl Fn(&Block, &Q) -> Candidates,
     judge: impl Fn(&Triangle, f32) -> Verdict,
 ) -> ControlFlow<()> {
     let mut place = (link & Blocks::PLACE) as usize;
@@ -203,7 +203,7 @@ fn for_each_block<L: Unpack, Q: Query>(
     while let Some(block) = block_at(words, place) {
         let count = triangle_count(block);
         query.count_tests(count as u32);
-        let candidates = candidates(block, query) & ((1 << count) - 1);
+        let candidates = candidates(block, query).of(count, query)?;
         let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
         L::decide_each(candidates, query, triangle, &judge)?;
         if block[0] & MORE_BLOCKS == 0 {

@@ -150,14 +150,14 @@ impl Form for Ids {
             return ControlFlow::Continue(());
         };
         query.count_tests(last_lane as u32 + 1);
-        let candidates = L::meet_known(tree.triangles(), ids, last_lane as u32, ray, last);
+        let candidates = L::meet_known::<Q>(tree.triangles(), ids, last_lane as u32, ray, last);
         // Read once more: few are candidates, and for them no rows have to be kept.
         let triangle = |lane: usize| {
             let id = ids[lane % LANES];
             (TriangleId(id), tree.triangles().get(id).unwrap_or_default())
         };
         let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-        L::decide_each(candidates & ((2 << last_lane) - 1), query, triangle, judge)
+        L::decide_each(candidates.of(last_lane + 1, query)?, query, triangle, judge)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

@@ -3,8 +3,11 @@
 use super::ids::FewBoxes;
 use super::{BLOCK_HEAD, BLOCK_WORDS, Block, Node, corner_at, vertex_count};
 use crate::Mesh;
-use crate::indices::wide_octree::lanes::{Eight, FAR, LaneRay, Lanes, Portable, meet_planes};
+use crate::indices::wide_octree::lanes::{
+    Candidates, Eight, FAR, LaneRay, Lanes, Portable, meet_planes,
+};
 use crate::indices::wide_octree::{LANES, Leaf, Row, set_triangle};
+use crate::query::Query;
 
 /// Lanes that can read nodes and leaves.
 pub(super) trait Unpack: Lanes {
@@ -18,8 +21,13 @@ pub(super) trait Unpack: Lanes {
     fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys;
 
     /// As [`Lanes::meet_triangles`], with triangles by id, in the lanes up to the last that is used.
-    fn meet_known(triangles: &Mesh<'_>, ids: &Row, last_lane: u32, ray: &LaneRay, last: f32)
-    -> u32;
+    fn meet_known<Q: Query>(
+        triangles: &Mesh<'_>,
+        ids: &Row,
+        last_lane: u32,
+        ray: &LaneRay,
+        last: f32,
+    ) -> Candidates;
 }
 
 /// With all bits set in lanes behind the last that is used, whose number is the place.
@@ -78,17 +86,17 @@ impl Unpack for Portable {
     }
 
     #[inline(always)]
-    fn meet_known(
+    fn meet_known<Q: Query>(
         triangles: &Mesh<'_>,
         ids: &Row,
         last_lane: u32,
         ray: &LaneRay,
         last: f32,
-    ) -> u32 {
+    ) -> Candidates {
         let mut leaf = Leaf::default();
         for (lane, &id) in ids.iter().enumerate().take(last_lane as usize + 1) {
             set_triangle(&mut leaf, lane, &triangles.get(id).unwrap_or_default());
         }
-        Self::meet_triangles(&leaf, ray, Self::edges(&leaf), last)
+        Self::meet_triangles::<Q>(&leaf, ray, Self::edges(&leaf), last)
     }
 }

@@ -21,7 +21,7 @@ use core::arch::x86_64::{
 use core::ops::ControlFlow;
 
 use super::avx512;
-use super::lanes::{DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
+use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
 use super::walk::{InLanes, decide_each, walk_each_in_lanes, walk_in_lanes};
 use super::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::geometry::kernel::{Intersection, Verdict, clamped};
@@ -125,9 +125,14 @@ impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
     }
 
     #[inline(always)]
-    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> u32 {
+    fn meet_triangles<Q: Query>(
+        leaf: &Leaf,
+        ray: &LaneRay,
+        edges: __m256,
+        last: f32,
+    ) -> Candidates {
         // SAFETY: see `meet_boxes`.
-        unsafe { meet_triangles(leaf, ray, edges, last) }
+        unsafe { meet_triangles::<Q>(leaf, ray, edges, last) }
     }
 
     #[inline(always)]
@@ -235,13 +240,15 @@ fn edges(leaf: &Leaf) -> __m256 {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> u32 {
+fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Candidates {
     let sign = all(-0.0);
     let negated = |x| _mm256_xor_ps(sign, x);
     let abs = |x| _mm256_andnot_ps(sign, x);
     let plus = |x, y| _mm256_add_ps(x, y);
     let less = |x, y| _mm256_sub_ps(x, y);
     let times = |x, y| _mm256_mul_ps(x, y);
+    let and = |x, y| _mm256_and_ps(x, y);
+    let bits = |mask| _mm256_movemask_ps(mask) as u32;
     let dot = |a: [__m256; 3], b: [__m256; 3]| {
         plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
     };
@@ -274,18 +281,25 @@ fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> u32 {
     let margin = plus(times(sum, plus(edges, plus(a, a))), underflow);
     let lowest = _mm256_min_ps(_mm256_min_ps(u, v), w);
     let highest = _mm256_max_ps(_mm256_max_ps(u, v), w);
-    let mixed = _mm256_and_ps(below(lowest, negated(margin)), above(highest, margin));
+    let mixed = and(below(lowest, negated(margin)), above(highest, margin));
 
     let size = abs(det);
-    let along = _mm256_xor_ps(t, _mm256_and_ps(det, sign));
+    let along = _mm256_xor_ps(t, and(det, sign));
     let doubt = times(times(all(DISTANCE), edges), edges);
     let wider = times(doubt, all(ray.reach));
     let slack = plus(times(doubt, a), underflow);
     let late = above(less(along, slack), times(all(last + ROUNDED), plus(size, wider)));
     let early = below(plus(along, slack), times(all(ray.t_min - ROUNDED), less(size, wider)));
     let certain = above(size, plus(wider, underflow));
-    let missed = _mm256_or_ps(mixed, _mm256_and_ps(certain, _mm256_or_ps(late, early)));
-    !(_mm256_movemask_ps(missed) as u32) & 0xff
+    let missed = _mm256_or_ps(mixed, and(certain, _mm256_or_ps(late, early)));
+    let mut sure = 0;
+    if Q::ANY {
+        let alike = _mm256_or_ps(above(lowest, margin), below(highest, negated(margin)));
+        let before_last = below(plus(along, slack), times(all(last), less(size, wider)));
+        let behind_first = above(less(along, slack), times(all(ray.t_min), plus(size, wider)));
+        sure = bits(and(and(alike, certain), and(before_last, behind_first)));
+    }
+    Candidates { any: !bits(missed), sure }
 }
 
 /// The kernel's filter in four lanes of `f64`: `det` times 1, `t`, `u` and `v`, with the kernel's bounds. What

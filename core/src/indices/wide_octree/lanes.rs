@@ -23,7 +23,8 @@
 //! beyond the last `t` times `det`, or surely before `t_min`, that too. The error of `det * t` is at
 //! most `56 u S E^2`; that of `last * det` is `48 u last D E^2`, and as `det` is at most `6 D E^2`, `6 u
 //! last D E^2` for each of: the product, the sum with the margin, the rounding of the reported `t`. 80
-//! covers either, and `ROUNDED` the rounding of the smallest.
+//! covers either, and `ROUNDED` the rounding of the smallest. Beyond the same margins on the other side, a triangle
+//! is surely hit.
 
 use core::ops::{Add, ControlFlow, Mul, Neg, Sub};
 
@@ -137,6 +138,30 @@ pub(super) fn sides_of(node: &Node) -> &[[Row; 2]; 4] {
     bytemuck::must_cast_ref(node)
 }
 
+/// What is known of up to eight triangles, one bit each.
+#[derive(Clone, Copy)]
+pub(in crate::indices) struct Candidates {
+    /// Those that may be hit.
+    pub any: u32,
+    /// Those of them that surely are.
+    pub sure: u32,
+}
+
+impl Candidates {
+    /// Nothing is known.
+    pub const ALL: Self = Self { any: u32::MAX, sure: 0 };
+
+    /// Tells a query of what is sure of the first lanes, and returns which of them are to be decided about.
+    #[inline(always)]
+    pub fn of<Q: Query>(self, count: usize, query: &mut Q) -> ControlFlow<(), u32> {
+        let used = (1 << count) - 1;
+        if Q::ANY && self.sure & used != 0 {
+            query.surely_hit()?;
+        }
+        ControlFlow::Continue(self.any & used)
+    }
+}
+
 /// Eight boxes, or eight triangles, at once.
 pub(in crate::indices) trait Lanes {
     /// Eight numbers of 16 bits.
@@ -167,9 +192,14 @@ pub(in crate::indices) trait Lanes {
     /// The largest component of each triangle's edges at corner a.
     fn edges(leaf: &Leaf) -> Self::Numbers;
 
-    /// The triangles that the ray may hit at `t_min..=last`, one bit each; of unused lanes, anything. No
-    /// edge at corner a is longer along an axis than `edges` has it.
-    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: Self::Numbers, last: f32) -> u32;
+    /// The triangles that the ray may hit at `t_min..=last`; of unused lanes, anything. No edge at corner a is
+    /// longer along an axis than `edges` has it.
+    fn meet_triangles<Q: Query>(
+        leaf: &Leaf,
+        ray: &LaneRay,
+        edges: Self::Numbers,
+        last: f32,
+    ) -> Candidates;
 
     /// What can be said of one triangle before the kernel is asked.
     #[inline(always)]
@@ -383,7 +413,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn meet_triangles(leaf: &Leaf, ray: &LaneRay, edges: Eight, last: f32) -> u32 {
+    fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: Eight, last: f32) -> Candidates {
         let all = Eight::all;
         let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
 
@@ -407,6 +437,7 @@ impl Lanes for Portable {
         let margin = sum * (edges + (a + a)) + underflow;
         let (lowest, highest) = (u.smaller(v).smaller(w), u.larger(v).larger(w));
         let mixed = lowest.below(-margin) & highest.above(margin);
+        let alike = lowest.above(margin) | highest.below(-margin);
 
         // The quotient t / det against the interval, without dividing: both times |det|.
         let size = det.abs();
@@ -420,11 +451,18 @@ impl Lanes for Portable {
         let doubt = all(DISTANCE) * edges * edges;
         let wider = doubt * all(ray.reach);
         let slack = doubt * a + underflow;
-        let late = (along - slack).above(all(last + ROUNDED) * (size + wider));
-        let early = (along + slack).below(all(ray.t_min - ROUNDED) * (size - wider));
+        let (most, least) = (along + slack, along - slack);
+        let (largest, smallest) = (size + wider, size - wider);
+        let late = least.above(all(last + ROUNDED) * largest);
+        let early = most.below(all(ray.t_min - ROUNDED) * smallest);
         // Only where the sign of det is certain is `along` what it says.
         let certain = size.above(wider + underflow);
-        !(mixed | certain & (late | early))
+        let before_last = most.below(all(last) * smallest);
+        let behind_first = least.above(all(ray.t_min) * largest);
+        Candidates {
+            any: !(mixed | certain & (late | early)),
+            sure: alike & certain & before_last & behind_first,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use super::lanes::{LaneRay, Lanes, Portable};
+use super::lanes::{Candidates, LaneRay, Lanes, Portable};
 use super::walk::{InLanes, Step, Tree};
 use super::{
     EDGES_ROW, EMPTY, IDS_ROW, LINKS_ROW, Leaf, Row, leaf_at, leaf_count, node_at, triangle_at,
@@ -30,20 +30,21 @@ impl<'a> WideTree<'a> {
         Self { rows, root, largest: f32::from_bits(largest) }
     }
 
-    /// Counts the triangles of a leaf, and decides about those that `candidates` names, one bit each.
+    /// Counts the triangles of a leaf, and decides about those that `candidates` names.
     #[inline(always)]
     fn decide<L: Lanes, Q: Query>(
         self,
         link: u32,
         query: &mut Q,
-        candidates: impl FnOnce(&Leaf) -> u32,
+        candidates: impl FnOnce(&Leaf) -> Candidates,
         judge: impl Fn(&Triangle, f32) -> Verdict,
     ) -> ControlFlow<()> {
         let Some(leaf) = leaf_at(self.rows, link) else { return ControlFlow::Continue(()) };
         let count = leaf_count(link);
         query.count_tests(count);
         let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
-        L::decide_each(candidates(leaf) & ((1 << count) - 1), query, triangle, judge)
+        let candidates = candidates(leaf).of(count as usize, query)?;
+        L::decide_each(candidates, query, triangle, judge)
     }
 }
 
@@ -71,7 +72,7 @@ impl Tree for WideTree<'_> {
     }
 
     fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
-        self.decide::<Portable, _>(link, query, |_| u32::MAX, |_, _| Verdict::InDoubt)
+        self.decide::<Portable, _>(link, query, |_| Candidates::ALL, |_, _| Verdict::InDoubt)
     }
 }
 
@@ -95,7 +96,7 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        let candidates = |leaf: &Leaf| L::meet_triangles(leaf, ray, L::all(step.edge), last);
+        let candidates = |leaf: &Leaf| L::meet_triangles::<Q>(leaf, ray, L::all(step.edge), last);
         self.decide::<L, _>(step.link, query, candidates, |triangle, last| {
             L::judge(triangle, ray, last)
         })
