@@ -30,6 +30,7 @@ impl<L: LocalIndex> Structure for L {
     const HIERARCHY_NAME: &'static str = L::HIERARCHY_NAME;
     const KIND: u32 = L::KIND;
     const COST: CostModel = L::COST;
+    const GOES_BY_RAYS: bool = L::GOES_BY_RAYS;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
         L::scratch_bytes(triangle_count, options)

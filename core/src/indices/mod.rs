@@ -60,6 +60,8 @@ pub trait LocalIndex: 'static {
     /// What a node costs in triangle tests, for deciding how far to divide, as it was measured;
     /// [`Options::cost`] overrides it.
     const COST: CostModel = CostModel::tests_per_node(1.0);
+    /// Whether what is built goes by [`Scene::rays`](crate::Scene::rays). No answer does.
+    const GOES_BY_RAYS: bool = false;
 
     /// A bound on the scratch bytes that a group of `triangle_count` needs.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
@@ -102,6 +104,8 @@ pub trait Structure: 'static {
     const KIND: u32;
     /// See [`LocalIndex::COST`].
     const COST: CostModel = CostModel::tests_per_node(1.0);
+    /// See [`LocalIndex::GOES_BY_RAYS`].
+    const GOES_BY_RAYS: bool = false;
     /// Whether the words hold the triangles, so that the image need not.
     const HOLDS_TRIANGLES: bool = false;
 

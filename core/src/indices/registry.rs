@@ -81,6 +81,15 @@ macro_rules! registry {
                 }
             }
 
+            /// Whether what is built goes by [`Scene::rays`]. No answer does.
+            pub const fn goes_by_rays(self) -> bool {
+                match self {
+                    $(Self::$variant => {
+                        <<$representation as Representation>::Structure as Structure>::GOES_BY_RAYS
+                    })*
+                }
+            }
+
             /// Whether it works on clusters.
             pub const fn is_clustered(self) -> bool {
                 match self {

@@ -144,9 +144,11 @@ impl IndexChoice {
         Ok(vec![kind])
     }
 
-    /// Whether what is chosen or built depends on the rays of the scene: it does for grids.
+    /// Whether what is chosen or built depends on the rays of the scene.
     pub fn goes_by_rays(&self) -> bool {
-        self.is_all() || self.index == "auto" || self.index.contains("grid")
+        self.is_all()
+            || self.index == "auto"
+            || kind_by_name(&self.index).is_some_and(IndexKind::goes_by_rays)
     }
 
     /// Whether `all` was asked for.

@@ -124,6 +124,7 @@ impl LocalIndex for UniformGrid {
     const HIERARCHY_NAME: &'static str = "grid-hierarchy";
     const KIND: u32 = 6;
     const COST: CostModel = CostModel::tests_per_node(2.5);
+    const GOES_BY_RAYS: bool = true;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
         let cells = size_of_slice::<u32>(cells_at_most(triangle_count, options));
