@@ -14,9 +14,11 @@ const PASSES: usize = 4;
 /// A later setting must be faster than this share of the time of the best before: on many processors
 /// some settings are the same, and noise should not choose between them.
 const CLEARLY_FASTER: f64 = 0.97;
-/// How often what takes part is built; the fastest build counts, since the first also pays for pages
-/// and libraries touched for the first time.
-const BUILDS: usize = 3;
+/// How often what takes part is built at least and at most; the fastest build counts, since the first also pays for
+/// pages and libraries touched for the first time.
+const BUILDS: [usize; 2] = [3, 30];
+/// More often than at least as long as all builds together take less: short ones are the most disturbed.
+const SECONDS: f64 = 0.25;
 /// From so many triangles on that share is small, and a build long: one is enough.
 const LARGE: usize = 500_000;
 
@@ -30,9 +32,11 @@ pub fn fastest_build<B, E>(
     seconds: impl Fn(&B) -> f64,
 ) -> Result<B, E> {
     let mut fastest = build()?;
-    let builds = if triangle_count < LARGE { BUILDS } else { 1 };
-    for _ in 1..builds {
+    let (mut builds, mut total) = (1, seconds(&fastest));
+    let [least, most] = if triangle_count < LARGE { BUILDS } else { [1; 2] };
+    while builds < least || builds < most && total < SECONDS {
         let next = build()?;
+        (builds, total) = (builds + 1, total + seconds(&next));
         if seconds(&next) < seconds(&fastest) {
             fastest = next;
         }
