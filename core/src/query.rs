@@ -95,7 +95,7 @@ impl Count for &mut Counters {
 
 /// What an index asks while it walks.
 pub trait Query {
-    /// Whether any hit is enough.
+    /// Whether any hit is enough: then it is told of one that is sure.
     const ANY: bool = false;
 
     /// Says that a node is entered.
@@ -112,7 +112,7 @@ pub trait Query {
     }
     /// Says that so many triangles are tested.
     fn count_tests(&mut self, count: u32);
-    /// Says that a triangle is surely hit; `Break` if no more than that is to be known.
+    /// Says that some triangle is surely hit; `Break` if that is all there is to know.
     #[inline]
     fn surely_hit(&mut self) -> ControlFlow<()> {
         ControlFlow::Continue(())

@@ -45,12 +45,12 @@ use crate::memory::{Image, Words};
 use crate::query::Query;
 use crate::{BuildError, Executor, Mesh, Options, Vectors};
 
-/// The compact octree, alone or as the local index of a hierarchy: 25 to 31 bytes a triangle, with all that
+/// The compact octree, alone or as the local index of a hierarchy: 25 to 30 bytes a triangle, with all that
 /// answering needs.
 pub type CompactOctree = QuantisedOctree<Blocks>;
 
 /// The lean octree, alone or as the local index of a hierarchy: made to lie [beside](crate::Scene::beside) a
-/// mesh that is kept anyway: 7.3 to 9.9 bytes a triangle more on the scenes of the host.
+/// mesh that is kept anyway: 7.3 to 9.4 bytes a triangle more on the scenes of the host.
 pub type LeanOctree = QuantisedOctree<Ids>;
 
 /// An octree of quantised boxes, written down in some form.

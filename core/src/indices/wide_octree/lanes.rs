@@ -143,7 +143,7 @@ pub(super) fn sides_of(node: &Node) -> &[[Row; 2]; 4] {
 pub(in crate::indices) struct Candidates {
     /// Those that may be hit.
     pub any: u32,
-    /// Those of them that surely are.
+    /// Those of them that surely are, for a query to which [any](Query::ANY) is enough.
     pub sure: u32,
 }
 
