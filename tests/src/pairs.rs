@@ -100,6 +100,18 @@ impl Family {
     }
 }
 
+/// The half of a line on which a hit at `t` lies; without one, that ahead.
+///
+/// # Panics
+/// Not for the ray of a pair.
+pub fn half_line(line: &Ray, t: Option<f32>) -> Ray {
+    let (mut direction, mut from, mut to) = (line.direction(), line.t_min(), line.t_max());
+    if t.is_some_and(|t| t < 0.0) {
+        (direction, from, to) = (-direction, -to, -from);
+    }
+    Ray::with_interval(line.origin(), direction, from.max(0.0), to.max(0.0)).expect("half a line")
+}
+
 /// Origin, direction, triangle; not yet known to be valid.
 type Candidate = (Vec3, Vec3, Triangle);
 

@@ -7,6 +7,7 @@ use arboleda::{
 };
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::every_index_equals_linear;
+use arboleda_tests::pairs::{self, Family};
 use arboleda_tests::random::Random;
 use arboleda_tests::{parallel, rays, scenes};
 use proptest::prelude::*;
@@ -148,6 +149,23 @@ fn edge_scenes_with_hard_rays() {
         let empty = ["none", "one without area"].contains(&name);
         assert!(empty == (hits == 0), "{name}: {hits} hits");
     }
+}
+
+/// What is hard for the kernel is hard for boxes and filters in front of it, on lines and on halves of them.
+#[test]
+fn hard_pairs_together() {
+    let rounds = if DEBUG { 2 } else { 20 };
+    parallel::map(Family::ALL.len() * rounds, |job| {
+        let mut random = Random::new(job as u64);
+        let family = Family::ALL[job % Family::ALL.len()];
+        let pairs = [(); 6].map(|()| family.pair(&mut random));
+        let half = |(line, triangle): &(Ray, Triangle)| {
+            pairs::half_line(line, arboleda::intersect(line, triangle).map(|hit| hit.t))
+        };
+        let rays: Vec<Ray> =
+            pairs.iter().map(|pair| pair.0).chain(pairs.iter().map(half)).collect();
+        every_index_equals_linear(&pairs.map(|pair| pair.1), &rays, &Options::default());
+    });
 }
 
 #[test]

@@ -7,7 +7,7 @@ use arboleda::geometry::kernel::Intersection;
 use arboleda::{
     Block, Index, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors, WideOctree, intersect,
 };
-use arboleda_tests::pairs::Family;
+use arboleda_tests::pairs::{self, Family};
 use arboleda_tests::random::Random;
 use arboleda_tests::{oracle, parallel};
 
@@ -48,15 +48,6 @@ impl Lanes {
     }
 }
 
-/// The half of a line on which its hit lies.
-fn half_line(line: &Ray, hit: Option<Intersection>) -> Ray {
-    let (mut direction, mut from, mut to) = (line.direction(), line.t_min(), line.t_max());
-    if hit.is_some_and(|hit| hit.t < 0.0) {
-        (direction, from, to) = (-direction, -to, -from);
-    }
-    Ray::with_interval(line.origin(), direction, from.max(0.0), to.max(0.0)).expect("half a line")
-}
-
 struct Outcome {
     family: Family,
     hits: usize,
@@ -72,7 +63,7 @@ fn run(job: usize) -> Outcome {
         let (line, triangle) = family.pair(&mut random);
         let on_line = oracle::hit::intersect(&line, &triangle);
         outcome.hits += usize::from(on_line.is_some());
-        let ahead = half_line(&line, on_line);
+        let ahead = pairs::half_line(&line, on_line.map(|hit| hit.t));
         // A line is decided in f64 only, half of one in lanes too.
         for (ray, expected) in [(ahead, oracle::hit::intersect(&ahead, &triangle)), (line, on_line)]
         {
