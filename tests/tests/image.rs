@@ -134,7 +134,7 @@ fn forged_octrees_are_refused() {
 #[test]
 fn forged_upper_nodes_are_refused() {
     const UPPER_ROWS: usize = 3;
-    let triangles = scenes::soup(1_500, 3);
+    let triangles = scenes::soup(2_000, 3);
     let kind = IndexKind::WideOctree;
     let valid = Built::new(kind, &Scene::new(&triangles), &Options::default()).expect("a soup");
     let words = valid.index().image().words().to_vec();
