@@ -14,7 +14,7 @@ use core::arch::x86_64::{
     _mm256_srli_epi32, _mm256_srlv_epi32, _mm256_unpackhi_ps, _mm256_unpacklo_ps, _mm256_xor_si256,
 };
 
-use super::ids::FewBoxes;
+use super::ids::{FewBoxes, Known};
 use super::lanes::{UNUSED, Unpack};
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
 use crate::indices::wide_octree::avx2::{Avx, Avx2, meet_planes};
@@ -43,15 +43,9 @@ impl<const WITH_512: bool> Unpack for Avx<WITH_512> {
     }
 
     #[inline(always)]
-    fn meet_known<Q: Query>(
-        triangles: &Mesh<'_>,
-        ids: &Row,
-        last_lane: u32,
-        ray: &LaneRay,
-        last: f32,
-    ) -> Candidates {
+    fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates {
         // SAFETY: see `meet_node`.
-        unsafe { meet_known::<Q>(triangles, ids, last_lane, ray, last) }
+        unsafe { meet_known::<Q>(known, ray, last) }
     }
 }
 
@@ -94,15 +88,10 @@ fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> __m128i {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn meet_known<Q: Query>(
-    triangles: &Mesh<'_>,
-    ids: &Row,
-    last_lane: u32,
-    ray: &LaneRay,
-    last: f32,
-) -> Candidates {
+fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates {
+    let Known { triangles, ids, last_lane } = *known;
     // Unused lanes have the first triangle again.
-    let used = _mm256_set1_epi32(last_lane.cast_signed());
+    let used = _mm256_set1_epi32((last_lane as u32).cast_signed());
     let unused = _mm256_cmpgt_epi32(bytemuck::must_cast([0, 1, 2, 3, 4, 5, 6, 7]), used);
     let first = _mm256_set1_epi32(ids[0].cast_signed());
     let ids: Row =

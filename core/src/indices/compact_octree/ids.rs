@@ -61,12 +61,32 @@ fn boxes_at(words: &[u32], link: u32) -> Option<FewBoxes<'_>> {
     Some(FewBoxes { anchor, step, sides: [row(1)?, row(2)?, row(3)?], last_lane })
 }
 
-/// The ids of a leaf, as they are written down; in unused lanes lies what comes next. And the last lane that is
-/// used. `None` for an unused lane of a node, whose link leads past the end.
+/// The ids of a leaf, as they are written down, and the last lane that is used; in the others lies what comes next.
+/// `None` for an unused lane of a node, whose link leads past the end.
 #[inline(always)]
 fn ids_at(words: &[u32], link: u32) -> Option<(&Row, usize)> {
     let (place, last_lane) = decoded(link);
     Some((words.get(place..place + LANES)?.try_into().ok()?, last_lane))
+}
+
+/// The triangles of a leaf, by id.
+pub(super) struct Known<'a> {
+    pub triangles: &'a Mesh<'a>,
+    pub ids: &'a Row,
+    pub last_lane: usize,
+}
+
+impl<'a> Known<'a> {
+    #[inline(always)]
+    fn of(tree: Packed<'a, Ids>, link: u32) -> Option<Self> {
+        let (ids, last_lane) = ids_at(tree.words, link)?;
+        Some(Self { triangles: tree.triangles(), ids, last_lane })
+    }
+
+    #[inline(always)]
+    pub fn triangle(&self, id: u32) -> Triangle {
+        self.triangles.get(id).unwrap_or_default()
+    }
 }
 
 impl Form for Ids {
@@ -128,12 +148,12 @@ impl Form for Ids {
 
     #[inline(always)]
     fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()> {
-        let Some((ids, last_lane)) = ids_at(tree.words, link) else {
+        let Some(known) = Known::of(tree, link) else {
             return ControlFlow::Continue(());
         };
-        query.count_tests(last_lane as u32 + 1);
-        for &id in ids.iter().take(last_lane + 1) {
-            query.decide(TriangleId(id), &tree.triangles().get(id).unwrap_or_default())?;
+        query.count_tests(known.last_lane as u32 + 1);
+        for &id in known.ids.iter().take(known.last_lane + 1) {
+            query.decide(TriangleId(id), &known.triangle(id))?;
         }
         ControlFlow::Continue(())
     }
@@ -146,18 +166,19 @@ impl Form for Ids {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        let Some((ids, last_lane)) = ids_at(tree.words, link) else {
+        let Some(known) = Known::of(tree, link) else {
             return ControlFlow::Continue(());
         };
-        query.count_tests(last_lane as u32 + 1);
-        let candidates = L::meet_known::<Q>(tree.triangles(), ids, last_lane as u32, ray, last);
+        let count = known.last_lane + 1;
+        query.count_tests(count as u32);
+        let candidates = L::meet_known::<Q>(&known, ray, last);
         // Read once more: few are candidates, and for them no rows have to be kept.
         let triangle = |lane: usize| {
-            let id = ids[lane % LANES];
-            (TriangleId(id), tree.triangles().get(id).unwrap_or_default())
+            let id = known.ids[lane % LANES];
+            (TriangleId(id), known.triangle(id))
         };
         let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-        L::decide_each(candidates.of(last_lane + 1, query)?, query, triangle, judge)
+        L::decide_each(candidates.of(count, query)?, query, triangle, judge)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

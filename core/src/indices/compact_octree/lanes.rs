@@ -1,12 +1,10 @@
 //! Unpacking, eight at once; what is unpacked is tested as in the wide octree.
 
-use super::ids::FewBoxes;
+use super::ids::{FewBoxes, Known};
 use super::{BLOCK_HEAD, BLOCK_WORDS, Block, Node, corner_at, vertex_count};
-use crate::Mesh;
-use crate::indices::wide_octree::lanes::{
-    Candidates, Eight, FAR, LaneRay, Lanes, Portable, meet_planes,
-};
-use crate::indices::wide_octree::{LANES, Leaf, Row, set_triangle};
+use crate::indices::wide_octree::lanes::{Candidates, FAR, LaneRay, Lanes};
+use crate::indices::wide_octree::portable::{Eight, Portable, meet_planes};
+use crate::indices::wide_octree::{LANES, Leaf, set_triangle};
 use crate::query::Query;
 
 /// Lanes that can read nodes and leaves.
@@ -20,14 +18,8 @@ pub(super) trait Unpack: Lanes {
     /// As [`Lanes::meet_boxes`], for as many lanes as there are boxes.
     fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys;
 
-    /// As [`Lanes::meet_triangles`], with triangles by id, in the lanes up to the last that is used.
-    fn meet_known<Q: Query>(
-        triangles: &Mesh<'_>,
-        ids: &Row,
-        last_lane: u32,
-        ray: &LaneRay,
-        last: f32,
-    ) -> Candidates;
+    /// As [`Lanes::meet_triangles`], in the lanes up to the last that is used.
+    fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates;
 }
 
 /// With all bits set in lanes behind the last that is used, whose number is the place.
@@ -86,16 +78,10 @@ impl Unpack for Portable {
     }
 
     #[inline(always)]
-    fn meet_known<Q: Query>(
-        triangles: &Mesh<'_>,
-        ids: &Row,
-        last_lane: u32,
-        ray: &LaneRay,
-        last: f32,
-    ) -> Candidates {
+    fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates {
         let mut leaf = Leaf::default();
-        for (lane, &id) in ids.iter().enumerate().take(last_lane as usize + 1) {
-            set_triangle(&mut leaf, lane, &triangles.get(id).unwrap_or_default());
+        for (lane, &id) in known.ids.iter().enumerate().take(known.last_lane + 1) {
+            set_triangle(&mut leaf, lane, &known.triangle(id));
         }
         Self::meet_triangles::<Q>(&leaf, ray, Self::edges(&leaf), last)
     }

@@ -288,15 +288,17 @@ fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32
     let doubt = times(times(all(DISTANCE), edges), edges);
     let wider = times(doubt, all(ray.reach));
     let slack = plus(times(doubt, a), underflow);
-    let late = above(less(along, slack), times(all(last + ROUNDED), plus(size, wider)));
-    let early = below(plus(along, slack), times(all(ray.t_min - ROUNDED), less(size, wider)));
+    let (most, least) = (plus(along, slack), less(along, slack));
+    let (largest, smallest) = (plus(size, wider), less(size, wider));
+    let late = above(least, times(all(last + ROUNDED), largest));
+    let early = below(most, times(all(ray.t_min - ROUNDED), smallest));
     let certain = above(size, plus(wider, underflow));
     let missed = _mm256_or_ps(mixed, and(certain, _mm256_or_ps(late, early)));
     let mut sure = 0;
     if Q::ANY {
         let alike = _mm256_or_ps(above(lowest, margin), below(highest, negated(margin)));
-        let before_last = below(plus(along, slack), times(all(last), less(size, wider)));
-        let behind_first = above(less(along, slack), times(all(ray.t_min), plus(size, wider)));
+        let before_last = below(most, times(all(last), smallest));
+        let behind_first = above(least, times(all(ray.t_min), largest));
         sure = bits(and(and(alike, certain), and(before_last, behind_first)));
     }
     Candidates { any: !bits(missed), sure }

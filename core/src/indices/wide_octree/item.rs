@@ -56,7 +56,3 @@ impl Part {
         })
     }
 }
-
-pub(super) fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}

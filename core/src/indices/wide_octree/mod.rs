@@ -45,6 +45,7 @@ mod divide;
 mod halve;
 pub(super) mod item;
 pub(super) mod lanes;
+pub(super) mod portable;
 mod tree;
 pub(super) mod walk;
 mod write;

@@ -2,7 +2,8 @@
 
 use core::ops::ControlFlow;
 
-use super::lanes::{Candidates, LaneRay, Lanes, Portable};
+use super::lanes::{Candidates, LaneRay, Lanes};
+use super::portable::Portable;
 use super::walk::{InLanes, Step, Tree};
 use super::{
     EDGES_ROW, EMPTY, IDS_ROW, LINKS_ROW, Leaf, Row, leaf_at, leaf_count, node_at, triangle_at,

@@ -3,7 +3,8 @@
 use core::cell::Cell;
 use core::ops::ControlFlow;
 
-use super::lanes::{LaneRay, Lanes, Portable, key};
+use super::lanes::{LaneRay, Lanes, key};
+use super::portable::Portable;
 use super::{EMPTY, LANES, LEAF, STACK};
 use crate::Vectors;
 use crate::geometry::kernel::Verdict;

@@ -15,7 +15,7 @@ use glam::Vec4;
 
 use super::build::both;
 use super::collapse::Subtree;
-use super::item::{Item, larger};
+use super::item::Item;
 use super::{
     EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID,
     NODE_ROWS, Node, Row, leaf_link, set_triangle,
@@ -264,4 +264,8 @@ fn longest_edge(leaf: &Leaf) -> f32 {
         }
     }
     longest.into_iter().fold(0.0, larger)
+}
+
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
