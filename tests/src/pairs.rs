@@ -326,7 +326,6 @@ fn near_corner(random: &mut Random) -> Candidate {
     (origin, direction, Triangle::new(a, b, c))
 }
 
-/// `None` for a line that misses, or a bound that is no number.
 fn anywhere(random: &mut Random) -> Candidate {
     let corners = [(); 3].map(|()| random.point());
     let origin = random.point() * 4.0;
@@ -352,6 +351,7 @@ fn touching(random: &mut Random) -> Candidate {
     (origin, direction, Triangle::new(corners[0], corners[1], corners[2]))
 }
 
+/// `None` for a line that misses, or a bound that is no number.
 fn interval_end(random: &mut Random) -> Option<(Ray, Triangle)> {
     let family = random.pick(&[
         Family::Lattice,

@@ -54,6 +54,29 @@ struct Outcome {
     wrong: Vec<String>,
 }
 
+impl Outcome {
+    /// Asks the kernel, and the wide octree in both ways.
+    fn check(
+        &mut self,
+        lanes: &mut Lanes,
+        ray: &Ray,
+        triangle: Triangle,
+        exact: Option<Intersection>,
+    ) {
+        let hit = intersect(ray, &triangle);
+        let found = [(hit, hit.is_some())].into_iter().chain(lanes.intersect(ray, triangle));
+        for (way, (found, occluded)) in found.enumerate() {
+            if bits(found) != bits(exact) || occluded != exact.is_some() {
+                let family = self.family;
+                self.wrong.push(format!(
+                    "{family:?}: {ray:?} {triangle:?}\n  exact {exact:?}\n  way {way} {found:?}, \
+                     occluded {occluded}"
+                ));
+            }
+        }
+    }
+}
+
 fn run(job: usize) -> Outcome {
     let family = Family::ALL[job % Family::ALL.len()];
     let mut random = Random::new(job as u64);
@@ -63,21 +86,11 @@ fn run(job: usize) -> Outcome {
         let (line, triangle) = family.pair(&mut random);
         let on_line = oracle::hit::intersect(&line, &triangle);
         outcome.hits += usize::from(on_line.is_some());
-        let ahead = pairs::half_line(&line, on_line.map(|hit| hit.t));
         // A line is decided in f64 only, half of one in lanes too.
-        for (ray, expected) in [(ahead, oracle::hit::intersect(&ahead, &triangle)), (line, on_line)]
-        {
-            let hit = intersect(&ray, &triangle);
-            let found = [(hit, hit.is_some())].into_iter().chain(lanes.intersect(&ray, triangle));
-            for (way, (found, occluded)) in found.enumerate() {
-                if bits(found) != bits(expected) || occluded != expected.is_some() {
-                    outcome.wrong.push(format!(
-                        "{family:?}: {ray:?} {triangle:?}\n  exact {expected:?}\n  way {way} \
-                         {found:?}, occluded {occluded}"
-                    ));
-                }
-            }
-        }
+        let ahead = pairs::half_line(&line, on_line.map(|hit| hit.t));
+        let on_half = oracle::hit::intersect(&ahead, &triangle);
+        outcome.check(&mut lanes, &ahead, triangle, on_half);
+        outcome.check(&mut lanes, &line, triangle, on_line);
     }
     outcome
 }
