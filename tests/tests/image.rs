@@ -163,12 +163,31 @@ fn forged_upper_nodes_are_refused() {
     for wrong in [0, 1, 3, upper[1], 2 + upper_rows, rows, u32::MAX] {
         refused("another root", &[(0, wrong)]);
     }
-    let is_upper = |place: usize| words[place] < 2 + upper_rows;
-    for pair in links.windows(2).filter(|pair| is_upper(pair[0]) == is_upper(pair[1])) {
+    // Upper nodes, other nodes and leaves are each in order; the leaves of a node may share rows.
+    let order = |link: u32| (link < 2 + upper_rows, link >> 31);
+    let in_order = |pair: &&[usize]| {
+        let (a, b) = (words[pair[0]], words[pair[1]]);
+        order(a) == order(b) && a != b
+    };
+    for pair in links.windows(2).filter(in_order) {
         let swapped = [(pair[0], words[pair[1]]), (pair[1], words[pair[0]])];
         refused("children in another order", &swapped);
         refused("two children that are one", &swapped[..1]);
     }
+    // Where a leaf begins among those that it shares rows with, and what is in the lanes of none.
+    let mut lanes = 0;
+    for &place in links.iter().filter(|&&place| words[place] >> 31 == 1) {
+        let (row, edge) = (words[place] & !(15 << 28), place + 8);
+        for other in 1..8 {
+            refused("another lane", &[(edge, words[edge] ^ other)]);
+        }
+        let ids = 8 * (row as usize + 9);
+        for unused in (ids..ids + 8).filter(|&id| words[id] == u32::MAX) {
+            refused("a triangle of no leaf", &[(unused, 0)]);
+            lanes += 1;
+        }
+    }
+    assert!(lanes > 0, "no unused lane");
     // Whatever else they may be.
     let rays = some_rays(&triangles);
     let values: Vec<u32> =

@@ -19,7 +19,8 @@ use super::lanes::{UNUSED, Unpack};
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
 use crate::indices::wide_octree::avx2::{Avx, Avx2, meet_planes};
 use crate::indices::wide_octree::lanes::{Candidates, LaneRay, Lanes};
-use crate::indices::wide_octree::{LANES, Leaf, Row};
+use crate::indices::wide_octree::leaf::Leaf;
+use crate::indices::wide_octree::{LANES, Row};
 use crate::query::Query;
 use crate::{Mesh, Triangle, Vec3};
 

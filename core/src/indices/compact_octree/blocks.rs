@@ -204,7 +204,7 @@ fn for_each_block<L: Unpack, Q: Query>(
     while let Some(block) = block_at(words, place) {
         let count = triangle_count(block);
         query.count_tests(count as u32);
-        let candidates = candidates(block, query).of(count, query)?;
+        let candidates = candidates(block, query).of((1 << count) - 1, query)?;
         let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
         L::decide_each(candidates, query, triangle, &judge)?;
         if block[0] & MORE_BLOCKS == 0 {

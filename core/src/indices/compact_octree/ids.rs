@@ -178,7 +178,7 @@ impl Form for Ids {
             (TriangleId(id), known.triangle(id))
         };
         let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-        L::decide_each(candidates.of(count, query)?, query, triangle, judge)
+        L::decide_each(candidates.of((1 << count) - 1, query)?, query, triangle, judge)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

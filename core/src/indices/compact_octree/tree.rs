@@ -36,7 +36,7 @@ impl<'a, F> Packed<'a, F> {
 impl<F: Form> Tree for Packed<'_, F> {
     #[inline(always)]
     fn root(self) -> Step {
-        Step { link: self.words.first().copied().unwrap_or(EMPTY), edge: 0.0 }
+        Step { link: self.words.first().copied().unwrap_or(EMPTY), edge: 0 }
     }
 
     #[inline(always)]
@@ -44,17 +44,17 @@ impl<F: Form> Tree for Packed<'_, F> {
         self.words.get(1).map_or(0.0, |&bits| f32::from_bits(bits))
     }
 
-    fn for_each_child(self, link: u32, mut show: impl FnMut(u32, Aabb)) {
+    fn for_each_child(self, link: u32, mut show: impl FnMut(Step, Aabb)) {
         let Some((node, _)) = F::node_at(self.words, link) else { return };
-        for (lane, &child) in node.links.iter().enumerate() {
-            if child != EMPTY {
-                show(child, node.bounds(lane));
+        for (lane, &link) in node.links.iter().enumerate() {
+            if link != EMPTY {
+                show(Step { link, edge: 0 }, node.bounds(lane));
             }
         }
     }
 
-    fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
-        F::decide(self, link, query)
+    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {
+        F::decide(self, step.link, query)
     }
 }
 
@@ -66,7 +66,7 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
 
     #[inline(always)]
     fn child(self, link: u32, lane: usize) -> Option<Step> {
-        Some(Step { link: F::child(self.words, link, lane)?, edge: 0.0 })
+        Some(Step { link: F::child(self.words, link, lane)?, edge: 0 })
     }
 
     #[inline(always)]

@@ -22,8 +22,9 @@ use core::ops::ControlFlow;
 
 use super::avx512;
 use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
+use super::leaf::Leaf;
 use super::walk::{InLanes, decide_each, walk_each_in_lanes, walk_in_lanes};
-use super::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
+use super::{LANES, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::geometry::kernel::{Intersection, Verdict, clamped};
 use crate::query::{Query, TriangleId};
 use crate::{Triangle, Vec3};

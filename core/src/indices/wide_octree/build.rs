@@ -102,13 +102,13 @@ impl<E: Executor> Sorter<'_, E> {
     fn sort(&self, items: &mut [Item], splits: &mut [Split], from: u32, place: &Place) -> Forest {
         let count = items.len();
         if count <= LANES {
-            return Forest::LEAF;
+            return Forest::leaf(count);
         }
         let surface = self.divider.bounds(place).surface();
         let (length, places) = self.divider.divide(items, place);
         let at = from + length as u32;
         let halves = (items.split_at_mut_checked(length), splits.split_at_mut_checked(length));
-        let (Some(items), Some(halves)) = halves else { return Forest::LEAF };
+        let (Some(items), Some(halves)) = halves else { return Forest::leaf(count) };
         let (left, right) = both(
             self.executor,
             count,

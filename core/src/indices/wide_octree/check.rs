@@ -1,10 +1,13 @@
 //! Whether rows are a tree: each node and leaf begins where the one before ended, so that none is named twice.
 
+use core::ops::Range;
+
+use super::leaf::{Leaf, Packing, first_lane, leaf_at, leaf_count, triangle_at};
 use super::tree::WideTree;
-use super::walk::Tree;
+use super::walk::{Step, Tree};
 use super::{
-    EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, MAX_DEPTH, NO_ID, NODE_ROWS,
-    Node, ROW_MASK, Row, STACK, leaf_at, leaf_count, node_at, triangle_at,
+    EDGES_ROW, EMPTY, HEAD_ROWS, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, MAX_DEPTH, NO_ID,
+    NODE_ROWS, Node, ROW_MASK, Row, STACK, node_at,
 };
 use crate::indices::Statistics;
 use crate::memory::Image;
@@ -15,17 +18,17 @@ pub(super) fn check(image: &Image<'_>) -> Option<Statistics> {
         return image.words().is_empty().then_some(Statistics::default());
     }
     let tree = WideTree::of(image.words());
-    let (root, rows) = (tree.root().link, tree.rows);
+    let (root, rows) = (tree.root(), tree.rows);
     let below = HEAD_ROWS.checked_add(rows.first()?[UPPER_ROWS])?;
     if below as usize > rows.len() {
         return None;
     }
     let statistics = Statistics::default();
     let mut check = Check { rows, triangle_count, below, end: below, statistics };
-    if root < below {
-        check.upper_nodes(root)?;
+    if root.link < below {
+        check.upper_nodes(root.link)?;
     } else {
-        check.subtree(root, 0)?;
+        check.below([root].into_iter(), 0)?;
         if below != HEAD_ROWS {
             return None;
         }
@@ -59,38 +62,40 @@ impl<'r> Check<'r> {
             if row == level_end {
                 (depth, level_end) = (depth + 1, named);
             }
-            for child in children(self.node(row, depth)?) {
-                if child >= self.below {
-                    self.subtree(child, depth + 1)?;
-                } else if child == named {
-                    named += NODE_ROWS;
-                } else {
+            let node = self.node(row, depth)?;
+            for upper in nodes(children(node)).filter(|&link| link < self.below) {
+                if upper != named {
                     return None;
                 }
+                named += NODE_ROWS;
             }
+            let below = self.below;
+            self.below(children(node).filter(|child| child.link >= below), depth + 1)?;
             row += NODE_ROWS;
         }
         (named == self.below).then_some(())
     }
 
-    /// Nodes and leaves depth first.
-    fn subtree(&mut self, link: u32, depth: u32) -> Option<()> {
+    /// Subtrees side by side: the leaves, then the nodes, each with what is below it.
+    fn below(
+        &mut self,
+        children: impl DoubleEndedIterator<Item = Step> + Clone,
+        depth: u32,
+    ) -> Option<()> {
         let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
-        let mut next = Some((link, depth));
-        while let Some((link, depth)) = next.or_else(|| stack.pop()) {
-            next = None;
-            if link & ROW_MASK != self.end {
+        self.leaves(children.clone(), depth)?;
+        for child in nodes(children).rev() {
+            stack.push((child, depth)).ok()?;
+        }
+        while let Some((link, depth)) = stack.pop() {
+            if link != self.end {
                 return None;
             }
-            if link & LEAF != 0 {
-                self.leaf(link, depth)?;
-                self.end += LEAF_ROWS;
-            } else {
-                let node = self.node(link, depth)?;
-                self.end += NODE_ROWS;
-                for child in children(node).rev() {
-                    stack.push((child, depth + 1)).ok()?;
-                }
+            let node = self.node(link, depth)?;
+            self.end += NODE_ROWS;
+            self.leaves(self::children(node), depth + 1)?;
+            for child in nodes(self::children(node)).rev() {
+                stack.push((child, depth + 1)).ok()?;
             }
         }
         Some(())
@@ -101,18 +106,42 @@ impl<'r> Check<'r> {
         node_at(self.rows, link).filter(|_| depth + 1 < MAX_DEPTH)
     }
 
-    fn leaf(&mut self, link: u32, depth: u32) -> Option<()> {
-        let leaf = leaf_at(self.rows, link)?;
-        let count = leaf_count(link) as usize;
-        let (used, unused) = leaf[IDS_ROW].split_at_checked(count)?;
-        let known = used.iter().all(|&id| id < self.triangle_count);
-        let is_padded = unused.iter().all(|&id| id == NO_ID);
-        let are_finite = (0..count).all(|lane| triangle_at(leaf, lane).is_finite());
-        self.statistics.add_leaf(count as u32, depth);
-        (known && is_padded && are_finite).then_some(())
+    /// Those of some children that are leaves, in the rows that they share.
+    fn leaves(&mut self, children: impl Iterator<Item = Step>, depth: u32) -> Option<()> {
+        let mut packing = Packing::default();
+        for Step { link, edge } in children.filter(|child| child.link & LEAF != 0) {
+            let (number, lanes) = packing.place(leaf_count(link) as usize);
+            let in_place = link & ROW_MASK == self.end + number as u32 * LEAF_ROWS
+                && first_lane(edge) as usize == lanes.start;
+            let leaf = leaf_at(self.rows, link).filter(|_| in_place)?;
+            self.triangles(leaf, lanes.clone())?;
+            self.statistics.add_leaf(lanes.len() as u32, depth);
+        }
+        for (number, unused) in packing.unused().enumerate() {
+            let leaf = leaf_at(self.rows, self.end + number as u32 * LEAF_ROWS)?;
+            if leaf[IDS_ROW].get(unused)?.iter().any(|&id| id != NO_ID) {
+                return None;
+            }
+        }
+        self.end += packing.rows();
+        Some(())
+    }
+
+    fn triangles(&self, leaf: &Leaf, lanes: Range<usize>) -> Option<()> {
+        let is_known = |&id: &u32| id < self.triangle_count;
+        let known = leaf[IDS_ROW].get(lanes.clone())?.iter().all(is_known);
+        let are_finite = lanes.into_iter().all(|lane| triangle_at(leaf, lane).is_finite());
+        (known && are_finite).then_some(())
     }
 }
 
-fn children(node: &Node) -> impl DoubleEndedIterator<Item = u32> {
-    node[LINKS_ROW].into_iter().filter(|&child| child != EMPTY)
+fn children(node: &Node) -> impl DoubleEndedIterator<Item = Step> + Clone {
+    let at = |row: usize, lane: usize| node[row][lane % LANES];
+    let child = move |lane| Step { link: at(LINKS_ROW, lane), edge: at(EDGES_ROW, lane) };
+    (0..LANES).map(child).filter(|child| child.link != EMPTY)
+}
+
+/// The links of those that are nodes.
+fn nodes(children: impl DoubleEndedIterator<Item = Step>) -> impl DoubleEndedIterator<Item = u32> {
+    children.map(|child| child.link).filter(|link| link & LEAF == 0)
 }

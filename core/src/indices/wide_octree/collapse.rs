@@ -13,6 +13,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::item::Item;
+use super::leaf::Packing;
 use super::{LANES, LEAF_ROWS, NODE_ROWS};
 
 /// A division in two, filed under the item where the second half begins.
@@ -44,62 +45,108 @@ impl Split {
 pub(super) struct Forest {
     /// The surfaces of all inner nodes.
     costs: [f32; LANES],
+    /// The rows of all, but of those subtrees that are leaves: which of them share rows is known when they have a
+    /// node.
     rows: [u32; LANES],
+    leaves: [LeafCounts; LANES],
     /// Where it is divided; 0 for a leaf.
     at: u32,
 }
 
 impl Forest {
-    pub const LEAF: Self = Self { costs: [0.0; LANES], rows: [LEAF_ROWS; LANES], at: 0 };
+    /// Of a leaf of so many items.
+    pub fn leaf(count: usize) -> Self {
+        let leaves = [LeafCounts::one(count); LANES];
+        Self { costs: [0.0; LANES], rows: [0; LANES], leaves, at: 0 }
+    }
 
     /// Of a part that is divided at the item `at`, in a box with so large a surface.
     pub fn join(left: &Self, right: &Self, at: u32, surface: f32) -> (Self, Split) {
         if left.at == 0 && right.at == 0 {
-            return Self::two_leaves(at, surface);
+            return Self::two_leaves(left.leaves[0].and(right.leaves[0]), at, surface);
         }
         // The least cost of so many subtrees if some of them are in each half; of equals, the first.
         let divided = |count: usize| {
-            let mut best = (f32::INFINITY, 0, 0);
+            let mut best = (f32::INFINITY, 0);
             for share in 1..count {
-                let (ours, rest) = ((share - 1) % LANES, (count - share - 1) % LANES);
-                let cost = left.costs[ours] + right.costs[rest];
+                let cost = left.costs[share - 1] + right.costs[(count - share - 1) % LANES];
                 if cost < best.0 || share == 1 {
-                    best = (cost, share, left.rows[ours].saturating_add(right.rows[rest]));
+                    best = (cost, share);
                 }
             }
             best
         };
-        let (cost, share, rows) = divided(LANES);
+        let side_by_side = |count: usize, share: usize| {
+            let (ours, rest) = ((share - 1) % LANES, (count - share - 1) % LANES);
+            let rows = left.rows[ours].saturating_add(right.rows[rest]);
+            (rows, left.leaves[ours].and(right.leaves[rest]))
+        };
+        let (cost, share) = divided(LANES);
         let mut shares = (share as u32) << (SHARE_BITS * OF_CHILDREN);
-        let mut least = (cost + surface, rows.saturating_add(NODE_ROWS));
-        let node_rows = least.1;
-        let mut forest = Self { costs: [least.0; LANES], rows: [least.1; LANES], at };
-        for (more, (costs, rows)) in
-            forest.costs.iter_mut().zip(&mut forest.rows).enumerate().skip(1)
-        {
-            let (cost, share, rows_of) = divided(more + 1);
-            if cost < least.0 {
-                least = (cost, rows_of);
+        let (rows, leaves) = side_by_side(LANES, share);
+        let rows = rows.saturating_add(NODE_ROWS + leaves.rows());
+        let mut least = cost + surface;
+        let (costs, leaves) = ([least; LANES], [LeafCounts::NONE; LANES]);
+        let mut forest = Self { costs, rows: [rows; LANES], leaves, at };
+        for more in 1..LANES {
+            let (cost, share) = divided(more + 1);
+            if cost < least {
+                least = cost;
                 shares |= (share as u32) << (SHARE_BITS * more);
+                (forest.rows[more], forest.leaves[more]) = side_by_side(more + 1, share);
+            } else {
+                forest.rows[more] = forest.rows[more - 1];
+                forest.leaves[more] = forest.leaves[more - 1];
             }
-            (*costs, *rows) = least;
+            forest.costs[more] = least;
         }
-        (forest, Split { halves: [left.at, right.at], shares, rows: node_rows })
+        (forest, Split { halves: [left.at, right.at], shares, rows })
     }
 
     /// As `join`, of the most frequent case.
-    fn two_leaves(at: u32, surface: f32) -> (Self, Split) {
-        let mut forest = Self { costs: [0.0; LANES], rows: [2 * LEAF_ROWS; LANES], at };
-        (forest.costs[0], forest.rows[0]) = (surface, 2 * LEAF_ROWS + NODE_ROWS);
+    fn two_leaves(leaves: LeafCounts, at: u32, surface: f32) -> (Self, Split) {
+        let rows = NODE_ROWS + leaves.rows();
+        let mut forest =
+            Self { costs: [0.0; LANES], rows: [0; LANES], leaves: [leaves; LANES], at };
+        (forest.costs[0], forest.rows[0], forest.leaves[0]) = (surface, rows, LeafCounts::NONE);
         // The first half gets one of eight children, and one of two subtrees, if that is less.
         let mut shares = 1 << (SHARE_BITS * OF_CHILDREN);
         if 0.0 < surface {
             shares |= 1 << SHARE_BITS;
         } else {
             // As one.
-            forest.rows = [forest.rows[0]; LANES];
+            (forest.rows, forest.leaves) = ([rows; LANES], [LeafCounts::NONE; LANES]);
         }
-        (forest, Split { halves: [0; 2], shares, rows: forest.rows[0] })
+        (forest, Split { halves: [0; 2], shares, rows })
+    }
+}
+
+/// How many items some leaves have, four bits each; at most eight leaves.
+#[derive(Clone, Copy)]
+struct LeafCounts(u32);
+
+impl LeafCounts {
+    const NONE: Self = Self(0);
+
+    fn one(count: usize) -> Self {
+        Self(count as u32)
+    }
+
+    /// These, and then others.
+    fn and(self, others: Self) -> Self {
+        let bits = u32::BITS - (self.0.leading_zeros() & !3);
+        Self(self.0 | others.0.checked_shl(bits).unwrap_or(0))
+    }
+
+    /// The rows that they share.
+    fn rows(self) -> u32 {
+        let mut packing = Packing::default();
+        let mut rest = self.0;
+        while rest != 0 {
+            packing.place((rest & 15) as usize);
+            rest >>= 4;
+        }
+        packing.rows()
     }
 }
 
@@ -132,9 +179,13 @@ impl<'s> Subtree<'s> {
         Self { items: items.unwrap_or_default(), from, at, ..self }
     }
 
-    /// The rows that a wide octree takes for it.
+    /// The rows that a wide octree takes for it, if it is not a leaf among others.
     pub fn rows(&self) -> u32 {
         self.split().map_or(LEAF_ROWS, |split| split.rows)
+    }
+
+    pub fn is_leaf(&self) -> bool {
+        self.split().is_none()
     }
 
     /// The children of a node, in the order of the items; a leaf has none.
@@ -229,7 +280,7 @@ mod tests {
     }
 
     fn forest(tree: &Tree, from: u32, splits: &mut [Split]) -> (Forest, u32) {
-        let Tree::Divided(surface, left, right) = tree else { return (Forest::LEAF, from + 1) };
+        let Tree::Divided(surface, left, right) = tree else { return (Forest::leaf(1), from + 1) };
         let (left, at) = forest(left, from, splits);
         let (right, end) = forest(right, at, splits);
         let (forest, split) = Forest::join(&left, &right, at, *surface);
@@ -243,12 +294,14 @@ mod tests {
         if children.is_empty() {
             assert_eq!(subtree.items.len(), 1);
             begins.push(subtree.from);
-            return LEAF_ROWS;
+            return 0;
         }
         assert!((2..=LANES).contains(&children.len()));
+        // Eight leaves of one item share their rows.
+        let shared = if children.iter().any(Subtree::is_leaf) { LEAF_ROWS } else { 0 };
         let rows: u32 = children.into_iter().map(|child| walk(child, begins)).sum();
-        assert_eq!(rows + NODE_ROWS, subtree.rows());
-        rows + NODE_ROWS
+        assert_eq!(NODE_ROWS + shared + rows, subtree.rows());
+        subtree.rows()
     }
 
     #[test]

@@ -29,8 +29,9 @@ use core::ops::ControlFlow;
 
 use glam::Vec4;
 
+use super::leaf::Leaf;
 use super::walk::decide_each;
-use super::{Leaf, Node, Row};
+use super::{Node, Row};
 use crate::geometry::kernel::Verdict;
 use crate::geometry::{Ray, Triangle};
 use crate::query::{Query, TriangleId};
@@ -150,14 +151,13 @@ impl Candidates {
     /// Nothing is known.
     pub const ALL: Self = Self { any: u32::MAX, sure: 0 };
 
-    /// Tells a query of what is sure of the first lanes, and returns which of them are to be decided about.
+    /// Tells a query of what is sure of some lanes, and returns which of them are to be decided about.
     #[inline(always)]
-    pub fn of<Q: Query>(self, count: usize, query: &mut Q) -> ControlFlow<(), u32> {
-        let used = (1 << count) - 1;
-        if self.sure & used != 0 {
+    pub fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {
+        if self.sure & lanes != 0 {
             query.surely_hit()?;
         }
-        ControlFlow::Continue(self.any & used)
+        ControlFlow::Continue(self.any & lanes)
     }
 }
 

@@ -4,9 +4,10 @@
 //! words:  rows of eight words: head | upper nodes, breadth first | what is below them, each depth first
 //! head:   link of the root, its edge, the largest coordinate, rows of upper nodes, zeros | zeros
 //! node:   lo.x[8] | hi.x[8] | lo.y[8] | hi.y[8] | lo.z[8] | hi.z[8] | links[8] | edges[8]
-//! leaf:   a.x[8] | a.y[8] | a.z[8] | b.x[8] | ... | c.z[8] | ids[8]
+//! leaf:   a.x[8] | a.y[8] | a.z[8] | b.x[8] | ... | c.z[8] | ids[8], of one child of a node or of several
 //! link:   leaf bit | triangles - 1 (3 bits) | row (28 bits); 0 for no child
-//! edge:   of a leaf, the largest component of its triangles' edges at corner a
+//! edge:   of a leaf, the largest component of its triangles' edges at corner a, or more, and in the last 3 bits the
+//!         lane of its first triangle
 //! ```
 //! Each triangle lies in one leaf, and nowhere else: the image has no other copy. Triangles are divided in two
 //! where the estimated tests are fewest, and up to seven divisions make a node: an octant split where all three
@@ -45,6 +46,7 @@ mod divide;
 mod halve;
 pub(super) mod item;
 pub(super) mod lanes;
+pub(super) mod leaf;
 pub(super) mod portable;
 mod tree;
 pub(super) mod walk;
@@ -56,7 +58,7 @@ use super::{Division, Statistics, Structure};
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::memory::{Image, Words};
 use crate::query::Query;
-use crate::{BuildError, Executor, Options, Triangle, Vec3, Vectors};
+use crate::{BuildError, Executor, Options, Vectors};
 
 /// The wide octree, alone or as the local index of a hierarchy.
 pub enum WideOctree {}
@@ -66,7 +68,6 @@ pub(super) type Row = [u32; LANES];
 
 pub(super) const LANES: usize = 8;
 type Node = [Row; NODE_ROWS as usize];
-pub(super) type Leaf = [Row; LEAF_ROWS as usize];
 
 const HEAD_ROWS: u32 = 2;
 const NODE_ROWS: u32 = 8;
@@ -76,8 +77,7 @@ const EDGES_ROW: usize = 7;
 const IDS_ROW: usize = 9;
 
 const LEAF: u32 = 1 << 31;
-const COUNT_SHIFT: u32 = 28;
-const ROW_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+const ROW_MASK: u32 = (1 << 28) - 1;
 const EMPTY: u32 = 0;
 /// An unused lane of a leaf.
 const NO_ID: u32 = u32::MAX;
@@ -89,26 +89,11 @@ pub(super) const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + 27;
 /// Each level leaves one entry.
 pub(super) const STACK: usize = MAX_DEPTH as usize;
 
-fn leaf_link(row: u32, count: u32) -> u32 {
-    LEAF | (count - 1) << COUNT_SHIFT | row
-}
-
-fn leaf_count(link: u32) -> u32 {
-    (link >> COUNT_SHIFT & 7) + 1
-}
-
 /// The rows of a node.
 #[inline]
 fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
     let row = (link & ROW_MASK) as usize;
     rows.get(row..row + NODE_ROWS as usize)?.try_into().ok()
-}
-
-/// The rows of a leaf.
-#[inline]
-fn leaf_at(rows: &[Row], link: u32) -> Option<&Leaf> {
-    let row = (link & ROW_MASK) as usize;
-    rows.get(row..row + LEAF_ROWS as usize)?.try_into().ok()
 }
 
 impl Structure for WideOctree {
@@ -152,22 +137,4 @@ impl Structure for WideOctree {
     fn check(image: &Image<'_>) -> Result<Statistics, u32> {
         check::check(image).ok_or(0)
     }
-}
-
-/// Puts a triangle where [`triangle_at`] finds it.
-#[inline(always)]
-pub(super) fn set_triangle(leaf: &mut Leaf, lane: usize, triangle: &Triangle) {
-    let Triangle { a, b, c } = triangle;
-    let numbers = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z];
-    for (row, number) in leaf.iter_mut().zip(numbers) {
-        row[lane % LANES] = number.to_bits();
-    }
-}
-
-#[inline(always)]
-pub(super) fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
-    let lane = lane % LANES;
-    let number = |row: usize| f32::from_bits(leaf[row][lane]);
-    let corner = |row: usize| Vec3::new(number(row), number(row + 1), number(row + 2));
-    Triangle::new(corner(0), corner(3), corner(6))
 }

@@ -6,7 +6,8 @@ use core::ops::{Add, Mul, Neg, Sub};
 use glam::Vec4;
 
 use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
-use super::{LANES, Leaf, Node, Row};
+use super::leaf::Leaf;
+use super::{LANES, Node, Row};
 use crate::query::Query;
 
 /// Lanes for every target.

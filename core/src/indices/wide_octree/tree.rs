@@ -2,16 +2,13 @@
 
 use core::ops::ControlFlow;
 
-use super::lanes::{Candidates, LaneRay, Lanes};
-use super::portable::Portable;
+use super::lanes::{LaneRay, Lanes};
+use super::leaf::{first_lane, leaf_at, leaf_count, triangle_at};
 use super::walk::{InLanes, Step, Tree};
-use super::{
-    EDGES_ROW, EMPTY, IDS_ROW, LINKS_ROW, Leaf, Row, leaf_at, leaf_count, node_at, triangle_at,
-};
+use super::{EDGES_ROW, EMPTY, IDS_ROW, LANES, LINKS_ROW, Row, node_at};
+use crate::Vec3;
 use crate::geometry::Aabb;
-use crate::geometry::kernel::Verdict;
 use crate::query::{Query, TriangleId};
-use crate::{Triangle, Vec3};
 
 /// The rows, and what their head says.
 #[derive(Clone, Copy)]
@@ -27,25 +24,8 @@ impl<'a> WideTree<'a> {
     pub fn of(words: &'a [u32]) -> Self {
         let rows: &[Row] = bytemuck::try_cast_slice(words).unwrap_or(&[]);
         let &[link, edge, largest, ..] = rows.first().unwrap_or(&[EMPTY, 0, 0, 0, 0, 0, 0, 0]);
-        let root = Step { link, edge: f32::from_bits(edge) };
+        let root = Step { link, edge };
         Self { rows, root, largest: f32::from_bits(largest) }
-    }
-
-    /// Counts the triangles of a leaf, and decides about those that `candidates` names.
-    #[inline(always)]
-    fn decide<L: Lanes, Q: Query>(
-        self,
-        link: u32,
-        query: &mut Q,
-        candidates: impl FnOnce(&Leaf) -> Candidates,
-        judge: impl Fn(&Triangle, f32) -> Verdict,
-    ) -> ControlFlow<()> {
-        let Some(leaf) = leaf_at(self.rows, link) else { return ControlFlow::Continue(()) };
-        let count = leaf_count(link);
-        query.count_tests(count);
-        let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
-        let candidates = candidates(leaf).of(count as usize, query)?;
-        L::decide_each(candidates, query, triangle, judge)
     }
 }
 
@@ -60,20 +40,26 @@ impl Tree for WideTree<'_> {
         self.largest
     }
 
-    fn for_each_child(self, link: u32, mut show: impl FnMut(u32, Aabb)) {
+    fn for_each_child(self, link: u32, mut show: impl FnMut(Step, Aabb)) {
         let Some(node) = node_at(self.rows, link) else { return };
-        for (lane, &child) in node[LINKS_ROW].iter().enumerate() {
+        for (lane, (&link, &edge)) in node[LINKS_ROW].iter().zip(&node[EDGES_ROW]).enumerate() {
             let number = |row: usize| f32::from_bits(node[row][lane]);
             let lo = Vec3::new(number(0), number(2), number(4));
             let hi = Vec3::new(number(1), number(3), number(5));
-            if child != EMPTY {
-                show(child, Aabb::new(lo, hi));
+            if link != EMPTY {
+                show(Step { link, edge }, Aabb::new(lo, hi));
             }
         }
     }
 
-    fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()> {
-        self.decide::<Portable, _>(link, query, |_| Candidates::ALL, |_, _| Verdict::InDoubt)
+    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {
+        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
+        let (first, count) = (first_lane(step.edge), leaf_count(step.link));
+        query.count_tests(count);
+        for lane in (first..first + count).map(|lane| lane as usize % LANES) {
+            query.decide(TriangleId(leaf[IDS_ROW][lane]), &triangle_at(leaf, lane))?;
+        }
+        ControlFlow::Continue(())
     }
 }
 
@@ -86,7 +72,7 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
     #[inline(always)]
     fn child(self, link: u32, lane: usize) -> Option<Step> {
         let node = node_at(self.rows, link)?;
-        Some(Step { link: node[LINKS_ROW][lane], edge: f32::from_bits(node[EDGES_ROW][lane]) })
+        Some(Step { link: node[LINKS_ROW][lane], edge: node[EDGES_ROW][lane] })
     }
 
     #[inline(always)]
@@ -97,10 +83,14 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        let candidates = |leaf: &Leaf| L::meet_triangles::<Q>(leaf, ray, L::all(step.edge), last);
-        self.decide::<L, _>(step.link, query, candidates, |triangle, last| {
-            L::judge(triangle, ray, last)
-        })
+        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
+        let count = leaf_count(step.link);
+        query.count_tests(count);
+        let edges = L::all(f32::from_bits(step.edge));
+        let lanes = ((1 << count) - 1) << first_lane(step.edge);
+        let candidates = L::meet_triangles::<Q>(leaf, ray, edges, last).of(lanes, query)?;
+        let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
+        L::decide_each(candidates, query, triangle, |triangle, last| L::judge(triangle, ray, last))
     }
 
     #[inline(always)]

@@ -20,10 +20,10 @@ pub(in crate::indices) trait Tree: Copy {
     fn largest(self) -> f32;
 
     /// Shows the children of a node.
-    fn for_each_child(self, link: u32, show: impl FnMut(u32, Aabb));
+    fn for_each_child(self, link: u32, show: impl FnMut(Step, Aabb));
 
     /// Shows the triangles of a leaf, and counts them.
-    fn decide_leaf<Q: Query>(self, link: u32, query: &mut Q) -> ControlFlow<()>;
+    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()>;
 }
 
 /// A tree that can be read in lanes.
@@ -53,13 +53,13 @@ pub(in crate::indices) trait InLanes<L: Lanes>: Tree {
 pub(in crate::indices) struct Step {
     /// Where it is; a leaf where [`LEAF`] is set.
     pub link: u32,
-    /// What the link of a leaf has to say of its longest edge, where the leaf does not.
-    pub edge: f32,
+    /// What a node has to say of a leaf, if it does.
+    pub edge: u32,
 }
 
 impl Step {
     /// Nothing to be entered.
-    pub const NOWHERE: Self = Self { link: EMPTY, edge: 0.0 };
+    pub const NOWHERE: Self = Self { link: EMPTY, edge: 0 };
 }
 
 #[inline]
@@ -268,21 +268,21 @@ pub(in crate::indices) fn decide_each<Q: Query>(
 #[inline(never)]
 fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
     let ray = RaySpan::new(query.ray());
-    let mut stack = heapless::Vec::<(u32, Span), { STACK * LANES }>::new();
-    let mut next = Some((tree.root().link, ray.whole()));
-    while let Some((link, span)) = next.or_else(|| stack.pop()) {
+    let mut stack = heapless::Vec::<(Step, Span), { STACK * LANES }>::new();
+    let mut next = Some((tree.root(), ray.whole()));
+    while let Some((step, span)) = next.or_else(|| stack.pop()) {
         next = None;
         if span.from > query.last() {
             continue;
         }
         query.enter();
-        if link & LEAF != 0 {
-            if tree.decide_leaf(link, query).is_break() {
+        if step.link & LEAF != 0 {
+            if tree.decide_leaf(step, query).is_break() {
                 return;
             }
             continue;
         }
-        tree.for_each_child(link, |child, bounds| {
+        tree.for_each_child(step.link, |child, bounds| {
             let span = ray.clip(&bounds, span);
             if !span.is_empty() {
                 let pushed = stack.push((child, span)).is_ok();
