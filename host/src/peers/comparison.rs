@@ -7,10 +7,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene};
 
 use super::agreement::Disagreements;
-use super::contender::{Built, Contender, Peer};
+use super::contender::{Built, Contender, Peer, Setting};
 use super::mesh::Mesh;
 use super::ours;
-use super::ring::{Answers, Mode, answer, time};
+use super::ring::{Answers, Build, Mode, answer, time, time_builds};
 use super::workload::{Workload, leak_rays};
 use super::{PEERS, PeerError, tune};
 use crate::OwnedIndex;
@@ -108,9 +108,29 @@ struct Entrant<'a> {
     is_ours: bool,
     setting: &'static str,
     contender: Box<dyn Contender + 'a>,
-    build_seconds: f64,
+    build: Build<'a>,
     disagreements: [Disagreements; 3],
     leaks: [Option<usize>; 3],
+}
+
+impl<'a> Entrant<'a> {
+    /// Ours have no settings.
+    fn new(
+        name: &'static str,
+        setting: Option<&'static Setting>,
+        contender: Box<dyn Contender + 'a>,
+        build: Build<'a>,
+    ) -> Self {
+        Self {
+            name,
+            is_ours: setting.is_none(),
+            setting: setting.map_or("default", |setting| setting.name),
+            contender,
+            build,
+            disagreements: Default::default(),
+            leaks: [None; 3],
+        }
+    }
 }
 
 /// How often `progress` is called: for each contender twice, and for each round.
@@ -134,15 +154,16 @@ pub fn compare(
     let triangle_count = model.triangles.len();
     // Only where it is asked for.
     let mesh = LazyCell::new(|| Mesh::welded(&model.triangles));
-    let build = |&kind: &IndexKind| {
+    let build = |kind: IndexKind| {
         let beside = ours::is_beside(kind);
         let scene = if beside { Scene::of(mesh.kept()).beside() } else { scene };
-        let build = || OwnedIndex::build(kind, &scene, &Options::default());
-        let built = tune::fastest_build(triangle_count, build, OwnedIndex::build_seconds);
-        progress();
-        built
+        OwnedIndex::build(kind, &scene, &Options::default())
     };
-    let owned = options.kinds.iter().map(build).collect::<Result<Vec<_>, _>>()?;
+    let mut owned = Vec::new();
+    for &kind in options.kinds {
+        owned.push(build(kind)?);
+        progress();
+    }
     let takes_part = owned.iter().find(|index| index.kind() == JUDGE).or(owned.first());
     let apart;
     let judge = if let Some(judge) = takes_part {
@@ -155,35 +176,27 @@ pub fn compare(
     let workload = Workload::new(model, judge.as_ray_index(), options.ray_count, options.seed);
     let mut entrants = Vec::new();
     let mut absent = Vec::new();
-    let entrant = |name, is_ours, setting, contender, build_seconds| Entrant {
-        name,
-        is_ours,
-        setting,
-        contender,
-        build_seconds,
-        disagreements: Default::default(),
-        leaks: [None; 3],
-    };
     let sample = &workload.rays[..workload.rays.len().min(SAMPLE)];
     for peer in options.peers {
         match guarded(peer.name, || tune::best(peer, &model.triangles, sample)) {
             Ok((setting, built)) => {
-                let Built { contender, build_seconds } = built;
-                entrants.push(entrant(peer.name, false, setting, contender, build_seconds));
+                let Built { contender, build_seconds: seconds } = built;
+                let again = || {
+                    let built = guarded(peer.name, || setting.build(&model.triangles));
+                    built.map_or(f64::INFINITY, |built| built.build_seconds)
+                };
+                let build = Build { seconds, again: Box::new(again) };
+                entrants.push(Entrant::new(peer.name, Some(setting), contender, build));
             }
             Err(error) => absent.push((peer.name, error)),
         }
         progress();
     }
     for index in &owned {
-        let ours = ours::contender(read(index, &mesh));
-        entrants.push(entrant(
-            ours::name(index.kind()),
-            true,
-            "default",
-            ours,
-            index.build_seconds(),
-        ));
+        let again = || build(index.kind()).map_or(f64::INFINITY, |index| index.build_seconds());
+        let build = Build { seconds: index.build_seconds(), again: Box::new(again) };
+        let contender = ours::contender(read(index, &mesh));
+        entrants.push(Entrant::new(ours::name(index.kind()), None, contender, build));
     }
 
     // 2. Check the answers, and look for leaks.
@@ -203,6 +216,8 @@ pub fn compare(
     });
 
     // 3. Time.
+    let mut builds: Vec<_> = entrants.iter_mut().map(|entrant| &mut entrant.build).collect();
+    time_builds(&mut builds, triangle_count);
     let contenders: Vec<&dyn Contender> =
         entrants.iter().map(|entrant| entrant.contender.as_ref()).collect();
     let speeds = time(&contenders, &workload, options.rounds, progress);
@@ -216,7 +231,7 @@ pub fn compare(
                 is_ours: entrant.is_ours,
                 mode,
                 triangle_count,
-                build_seconds: entrant.build_seconds,
+                build_seconds: entrant.build.seconds,
                 bytes: entrant.contender.bytes(),
                 speed,
                 disagreements: entrant.disagreements[at],
