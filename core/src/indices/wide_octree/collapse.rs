@@ -65,8 +65,12 @@ impl Forest {
         if left.at == 0 && right.at == 0 {
             return Self::two_leaves(left.leaves[0].and(right.leaves[0]), at, surface);
         }
-        // The least cost of so many subtrees if some of them are in each half; of equals, the first.
+        // The least cost of so many subtrees if some of them are in each half; of equals, the first. More subtrees
+        // never cost more: beside a leaf, the other half gets all but one.
         let divided = |count: usize| {
+            if left.at == 0 {
+                return (right.costs[(count - 2) % LANES], 1);
+            }
             let mut best = (f32::INFINITY, 0);
             for share in 1..count {
                 let cost = left.costs[share - 1] + right.costs[(count - share - 1) % LANES];
