@@ -19,10 +19,8 @@ use core::ops::ControlFlow;
 use super::lanes::Unpack;
 use super::tree::Packed;
 use super::{Form, LEAF, NODE_WORDS, Node};
-use crate::geometry::kernel::Verdict;
 use crate::indices::wide_octree::LANES;
-use crate::indices::wide_octree::lanes::{Candidates, LaneRay};
-use crate::indices::wide_octree::portable::Portable;
+use crate::indices::wide_octree::lanes::LaneRay;
 use crate::indices::wide_octree::walk::finite;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
@@ -150,13 +148,13 @@ impl Form for Blocks {
 
     #[inline(always)]
     fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()> {
-        for_each_block::<Portable, _>(
-            tree.words,
-            link,
-            query,
-            |_, _| Candidates::ALL,
-            |_, _| Verdict::InDoubt,
-        )
+        for block in leaf_at(tree.words, link) {
+            query.count_tests(triangle_count(block) as u32);
+            for lane in 0..triangle_count(block) {
+                query.decide(TriangleId(id_at(block, lane)), &triangle_at(block, lane))?;
+            }
+        }
+        ControlFlow::Continue(())
     }
 
     #[inline(always)]
@@ -167,12 +165,18 @@ impl Form for Blocks {
         _: f32,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        let candidates = |block: &Block, query: &Q| {
-            let edge = f32::from_bits(block[0] & EDGE);
-            L::meet_triangles::<Q>(&L::unpack(block), ray, L::all(edge), finite(query.last_t()))
-        };
-        let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-        for_each_block::<L, _>(tree.words, link, query, candidates, judge)
+        for block in leaf_at(tree.words, link) {
+            let count = triangle_count(block);
+            query.count_tests(count as u32);
+            let (leaf, edges) = (L::unpack(block), L::all(f32::from_bits(block[0] & EDGE)));
+            let last = finite(query.last_t());
+            let candidates = L::meet_triangles::<Q>(&leaf, ray, edges, last);
+            let candidates = candidates.of((1 << count) - 1, query)?;
+            let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
+            let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
+            L::decide_each(candidates, query, triangle, judge)?;
+        }
+        ControlFlow::Continue(())
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {
@@ -190,29 +194,16 @@ impl Form for Blocks {
     }
 }
 
-/// Goes through the blocks of a leaf; `candidates` names some of the triangles of each.
+/// The blocks of a leaf; none for the link of an unused lane, which leads past the end.
 #[inline(always)]
-fn for_each_block<L: Unpack, Q: Query>(
-    words: &[u32],
-    link: u32,
-    query: &mut Q,
-    candidates: impl Fn(&Block, &Q) -> Candidates,
-    judge: impl Fn(&Triangle, f32) -> Verdict,
-) -> ControlFlow<()> {
-    let mut place = (link & Blocks::PLACE) as usize;
-    // An unused lane has a link past the end.
-    while let Some(block) = block_at(words, place) {
-        let count = triangle_count(block);
-        query.count_tests(count as u32);
-        let candidates = candidates(block, query).of((1 << count) - 1, query)?;
-        let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
-        L::decide_each(candidates, query, triangle, &judge)?;
-        if block[0] & MORE_BLOCKS == 0 {
-            break;
-        }
-        place += block_length(block);
-    }
-    ControlFlow::Continue(())
+fn leaf_at(words: &[u32], link: u32) -> impl Iterator<Item = &Block> {
+    let mut next = Some((link & Blocks::PLACE) as usize);
+    core::iter::from_fn(move || {
+        let place = next?;
+        let block = block_at(words, place)?;
+        next = (block[0] & MORE_BLOCKS != 0).then(|| place + block_length(block));
+        Some(block)
+    })
 }
 
 /// Ids are known, corners are in the table, and triangles are finite.

@@ -148,9 +148,6 @@ pub(in crate::indices) struct Candidates {
 }
 
 impl Candidates {
-    /// Nothing is known.
-    pub const ALL: Self = Self { any: u32::MAX, sure: 0 };
-
     /// Tells a query of what is sure of some lanes, and returns which of them are to be decided about.
     #[inline(always)]
     pub fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {

@@ -60,7 +60,7 @@ pub(in crate::indices) fn set_triangle(leaf: &mut Leaf, lane: usize, triangle: &
 }
 
 #[inline(always)]
-pub(in crate::indices) fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
+pub(super) fn triangle_at(leaf: &Leaf, lane: usize) -> Triangle {
     let lane = lane % LANES;
     let number = |row: usize| f32::from_bits(leaf[row][lane]);
     let corner = |row: usize| Vec3::new(number(row), number(row + 1), number(row + 2));
