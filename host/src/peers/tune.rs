@@ -14,6 +14,7 @@ const PASSES: usize = 4;
 /// A later setting must be faster than this share of the time of the best before: on many processors
 /// some settings are the same, and noise should not choose between them.
 const CLEARLY_FASTER: f64 = 0.97;
+
 /// Builds a library's index by each of its settings and keeps the fastest on `sample`.
 ///
 /// # Errors

@@ -173,8 +173,7 @@ impl Form for Blocks {
             let candidates = L::meet_triangles::<Q>(&leaf, ray, edges, last);
             let candidates = candidates.of((1 << count) - 1, query)?;
             let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
-            let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-            L::decide_each(candidates, query, triangle, judge)?;
+            L::decide_each(candidates, ray, query, triangle)?;
         }
         ControlFlow::Continue(())
     }

@@ -177,8 +177,7 @@ impl Form for Ids {
             let id = known.ids[lane % LANES];
             (TriangleId(id), known.triangle(id))
         };
-        let judge = |triangle: &Triangle, last| L::judge(triangle, ray, last);
-        L::decide_each(candidates.of((1 << count) - 1, query)?, query, triangle, judge)
+        L::decide_each(candidates.of((1 << count) - 1, query)?, ray, query, triangle)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

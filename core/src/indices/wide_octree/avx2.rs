@@ -145,14 +145,14 @@ impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
     #[inline(always)]
     fn decide_each<Q: Query>(
         candidates: u32,
+        ray: &LaneRay,
         query: &mut Q,
         triangle: impl Fn(usize) -> (TriangleId, Triangle),
-        judge: impl Fn(&Triangle, f32) -> Verdict,
     ) -> ControlFlow<()> {
         if WITH_512 {
-            return avx512::decide_each(candidates, query, triangle, judge);
+            return avx512::decide_each(candidates, ray, query, triangle);
         }
-        decide_each(candidates, query, triangle, judge)
+        decide_each::<Self, Q>(candidates, ray, query, triangle)
     }
 }
 

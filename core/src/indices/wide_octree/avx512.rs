@@ -15,9 +15,9 @@
 use core::ops::ControlFlow;
 
 use super::avx2::Avx;
+use super::lanes::LaneRay;
 use super::walk::{self, InLanes, walk_each_in_lanes, walk_in_lanes};
 use crate::Triangle;
-use crate::geometry::kernel::Verdict;
 use crate::query::{Query, TriangleId};
 
 pub(in crate::indices) type Avx512 = Avx<true>;
@@ -65,15 +65,15 @@ fn walk_each_with_avx512<T: InLanes<Avx512>, Q: Query>(
 #[inline(always)]
 pub(super) fn decide_each<Q: Query>(
     candidates: u32,
+    ray: &LaneRay,
     query: &mut Q,
     triangle: impl Fn(usize) -> (TriangleId, Triangle),
-    judge: impl Fn(&Triangle, f32) -> Verdict,
 ) -> ControlFlow<()> {
     if candidates == 0 {
         return ControlFlow::Continue(());
     }
     // SAFETY: only functions compiled for AVX-512 walk with these lanes, and what has it has AVX2.
-    unsafe { call_with_avx2(candidates, query, triangle, judge) }
+    unsafe { call_with_avx2(candidates, ray, query, triangle) }
 }
 
 // rustc 1.95 heeds `inline(never)` of a function compiled for some instructions only in calls from one that is
@@ -82,20 +82,20 @@ pub(super) fn decide_each<Q: Query>(
 #[target_feature(enable = "avx2")]
 fn call_with_avx2<Q: Query>(
     candidates: u32,
+    ray: &LaneRay,
     query: &mut Q,
     triangle: impl Fn(usize) -> (TriangleId, Triangle),
-    judge: impl Fn(&Triangle, f32) -> Verdict,
 ) -> ControlFlow<()> {
-    decide_each_with_avx2(candidates, query, triangle, judge)
+    decide_each_with_avx2(candidates, ray, query, triangle)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx2")]
 fn decide_each_with_avx2<Q: Query>(
     candidates: u32,
+    ray: &LaneRay,
     query: &mut Q,
     triangle: impl Fn(usize) -> (TriangleId, Triangle),
-    judge: impl Fn(&Triangle, f32) -> Verdict,
 ) -> ControlFlow<()> {
-    walk::decide_each(candidates, query, triangle, judge)
+    walk::decide_each::<Avx512, Q>(candidates, ray, query, triangle)
 }

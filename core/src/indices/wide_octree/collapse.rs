@@ -62,9 +62,6 @@ impl Forest {
 
     /// Of a part that is divided at the item `at`, in a box with so large a surface.
     pub fn join(left: &Self, right: &Self, at: u32, surface: f32) -> (Self, Split) {
-        if left.at == 0 && right.at == 0 {
-            return Self::two_leaves(left.leaves[0].and(right.leaves[0]), at, surface);
-        }
         // The least cost of so many subtrees if some of them are in each half; of equals, the first. More subtrees
         // never cost more: beside a leaf, the other half gets all but one.
         let divided = |count: usize| {
@@ -89,39 +86,18 @@ impl Forest {
         let mut shares = (share as u32) << (SHARE_BITS * OF_CHILDREN);
         let (rows, leaves) = side_by_side(LANES, share);
         let rows = rows.saturating_add(NODE_ROWS + leaves.rows());
-        let mut least = cost + surface;
-        let (costs, leaves) = ([least; LANES], [LeafCounts::NONE; LANES]);
-        let mut forest = Self { costs, rows: [rows; LANES], leaves, at };
+        let mut least = (cost + surface, (rows, LeafCounts::NONE));
+        let mut forest =
+            Self { costs: [least.0; LANES], rows: [rows; LANES], leaves: [least.1.1; LANES], at };
         for more in 1..LANES {
             let (cost, share) = divided(more + 1);
-            if cost < least {
-                least = cost;
+            if cost < least.0 {
+                least = (cost, side_by_side(more + 1, share));
                 shares |= (share as u32) << (SHARE_BITS * more);
-                (forest.rows[more], forest.leaves[more]) = side_by_side(more + 1, share);
-            } else {
-                forest.rows[more] = forest.rows[more - 1];
-                forest.leaves[more] = forest.leaves[more - 1];
             }
-            forest.costs[more] = least;
+            (forest.costs[more], (forest.rows[more], forest.leaves[more])) = least;
         }
         (forest, Split { halves: [left.at, right.at], shares, rows })
-    }
-
-    /// As `join`, of the most frequent case.
-    fn two_leaves(leaves: LeafCounts, at: u32, surface: f32) -> (Self, Split) {
-        let rows = NODE_ROWS + leaves.rows();
-        let mut forest =
-            Self { costs: [0.0; LANES], rows: [0; LANES], leaves: [leaves; LANES], at };
-        (forest.costs[0], forest.rows[0], forest.leaves[0]) = (surface, rows, LeafCounts::NONE);
-        // The first half gets one of eight children, and one of two subtrees, if that is less.
-        let mut shares = 1 << (SHARE_BITS * OF_CHILDREN);
-        if 0.0 < surface {
-            shares |= 1 << SHARE_BITS;
-        } else {
-            // As one.
-            (forest.rows, forest.leaves) = ([rows; LANES], [LeafCounts::NONE; LANES]);
-        }
-        (forest, Split { halves: [0; 2], shares, rows })
     }
 }
 
@@ -144,13 +120,8 @@ impl LeafCounts {
 
     /// The rows that they share.
     fn rows(self) -> u32 {
-        let mut packing = Packing::default();
-        let mut rest = self.0;
-        while rest != 0 {
-            packing.place((rest & 15) as usize);
-            rest >>= 4;
-        }
-        packing.rows()
+        let counts = (0..LANES).map(|leaf| (self.0 >> (4 * leaf) & 15) as usize);
+        Packing::of(counts.take_while(|&count| count > 0)).rows()
     }
 }
 

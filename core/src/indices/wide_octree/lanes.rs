@@ -159,7 +159,7 @@ impl Candidates {
 }
 
 /// Eight boxes, or eight triangles, at once.
-pub(in crate::indices) trait Lanes {
+pub(in crate::indices) trait Lanes: Sized {
     /// Eight numbers of 16 bits.
     type Keys: Copy;
     /// Eight numbers.
@@ -207,11 +207,11 @@ pub(in crate::indices) trait Lanes {
     #[inline(always)]
     fn decide_each<Q: Query>(
         candidates: u32,
+        ray: &LaneRay,
         query: &mut Q,
         triangle: impl Fn(usize) -> (TriangleId, Triangle),
-        judge: impl Fn(&Triangle, f32) -> Verdict,
     ) -> ControlFlow<()> {
-        decide_each(candidates, query, triangle, judge)
+        decide_each::<Self, Q>(candidates, ray, query, triangle)
     }
 }
 

@@ -75,6 +75,15 @@ pub(super) struct Packing {
 }
 
 impl Packing {
+    /// Of leaves of so many triangles.
+    pub fn of(counts: impl Iterator<Item = usize>) -> Self {
+        let mut packing = Self::default();
+        for count in counts {
+            packing.place(count);
+        }
+        packing
+    }
+
     /// Room for a leaf of so many triangles: the number of the eight lanes, and which of them.
     pub fn place(&mut self, count: usize) -> (usize, Range<usize>) {
         let fits = |taken: &&mut usize| **taken + count <= LANES;

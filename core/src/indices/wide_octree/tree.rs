@@ -90,7 +90,7 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         let lanes = ((1 << count) - 1) << first_lane(step.edge);
         let candidates = L::meet_triangles::<Q>(leaf, ray, edges, last).of(lanes, query)?;
         let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
-        L::decide_each(candidates, query, triangle, |triangle, last| L::judge(triangle, ray, last))
+        L::decide_each(candidates, ray, query, triangle)
     }
 
     #[inline(always)]

@@ -7,7 +7,6 @@ use super::lanes::{LaneRay, Lanes, key};
 use super::portable::Portable;
 use super::{EMPTY, LANES, LEAF, STACK};
 use crate::Vectors;
-use crate::geometry::kernel::Verdict;
 use crate::geometry::{Aabb, RaySpan, Span, Triangle};
 use crate::query::{Query, TriangleId};
 
@@ -246,19 +245,20 @@ pub(in crate::indices) fn finite(t: f32) -> f32 {
     if t < f32::MAX { t } else { f32::MAX }
 }
 
-/// Decides about the triangles of which a bit is set; `judge` is asked first.
+/// Decides about the triangles of which a bit is set; [`Lanes::judge`] is asked first.
 #[inline(always)]
-pub(in crate::indices) fn decide_each<Q: Query>(
+pub(super) fn decide_each<L: Lanes, Q: Query>(
     mut candidates: u32,
+    ray: &LaneRay,
     query: &mut Q,
     triangle: impl Fn(usize) -> (TriangleId, Triangle),
-    judge: impl Fn(&Triangle, f32) -> Verdict,
 ) -> ControlFlow<()> {
     while candidates != 0 {
         let lane = candidates.trailing_zeros() as usize % LANES;
         candidates &= candidates - 1;
         let (id, triangle) = triangle(lane);
-        query.judge(id, &triangle, judge(&triangle, query.last_t()))?;
+        let verdict = L::judge(&triangle, ray, query.last_t());
+        query.judge(id, &triangle, verdict)?;
     }
     ControlFlow::Continue(())
 }

@@ -53,11 +53,8 @@ impl Child {
 
 /// The rows that those share which are leaves.
 fn shared_rows(subtrees: &[Subtree<'_>]) -> u32 {
-    let mut packing = Packing::default();
-    for leaf in subtrees.iter().filter(|subtree| subtree.is_leaf()) {
-        packing.place(leaf.items.len());
-    }
-    packing.rows()
+    let leaves = subtrees.iter().filter(|subtree| subtree.is_leaf());
+    Packing::of(leaves.map(|leaf| leaf.items.len())).rows()
 }
 
 /// What is known of an upper node before it is written. Until then it lies in the node's place.
