@@ -62,10 +62,13 @@ fn planes(quanta: __m256i, anchor: f32, step: f32) -> __m256 {
 #[target_feature(enable = "avx2")]
 fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
     meet_planes(ray, last, |axis| {
-        ray.sides(axis).map(|side| {
+        let (anchor, step) = (node.anchor[axis % 3], node.step[axis % 3]);
+        let side = |side: usize| {
             let quanta = bytemuck::must_cast(node.planes[axis % 3][side]);
-            planes(_mm256_cvtepu16_epi32(quanta), node.anchor[axis % 3], node.step[axis % 3])
-        })
+            planes(_mm256_cvtepu16_epi32(quanta), anchor, step)
+        };
+        let [near, far] = ray.sides(axis);
+        [side(near), side(far)]
     })
 }
 

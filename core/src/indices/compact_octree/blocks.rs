@@ -21,7 +21,7 @@ use super::tree::Packed;
 use super::{Form, LEAF, NODE_WORDS, Node};
 use crate::indices::wide_octree::LANES;
 use crate::indices::wide_octree::lanes::LaneRay;
-use crate::indices::wide_octree::walk::finite;
+use crate::indices::wide_octree::walk::{decide_each, last_t};
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
 use crate::{Mesh, Triangle, Vec3};
@@ -169,11 +169,11 @@ impl Form for Blocks {
             let count = triangle_count(block);
             query.count_tests(count as u32);
             let (leaf, edges) = (L::unpack(block), L::all(f32::from_bits(block[0] & EDGE)));
-            let last = finite(query.last_t());
+            let last = last_t(query);
             let candidates = L::meet_triangles::<Q>(&leaf, ray, edges, last);
             let candidates = candidates.of((1 << count) - 1, query)?;
             let triangle = |lane| (TriangleId(id_at(block, lane)), triangle_at(block, lane));
-            L::decide_each(candidates, ray, query, triangle)?;
+            decide_each::<L, Q>(candidates, ray, query, triangle)?;
         }
         ControlFlow::Continue(())
     }

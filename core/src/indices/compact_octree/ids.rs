@@ -21,6 +21,7 @@ use super::lanes::Unpack;
 use super::tree::Packed;
 use super::{Form, LEAF, Node};
 use crate::indices::wide_octree::lanes::LaneRay;
+use crate::indices::wide_octree::walk::decide_each;
 use crate::indices::wide_octree::{LANES, Row};
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
@@ -177,7 +178,7 @@ impl Form for Ids {
             let id = known.ids[lane % LANES];
             (TriangleId(id), known.triangle(id))
         };
-        L::decide_each(candidates.of((1 << count) - 1, query)?, ray, query, triangle)
+        decide_each::<L, Q>(candidates.of((1 << count) - 1, query)?, ray, query, triangle)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

@@ -18,15 +18,13 @@ use core::arch::x86_64::{
     _mm256_permute_pd, _mm256_permute2f128_pd, _mm256_permute4x64_pd, _mm256_set_pd,
     _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
 };
-use core::ops::ControlFlow;
 
-use super::avx512;
 use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
 use super::leaf::Leaf;
-use super::walk::{InLanes, decide_each, walk_each_in_lanes, walk_in_lanes};
+use super::walk::{InLanes, walk_each_in_lanes, walk_in_lanes};
 use super::{LANES, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::geometry::kernel::{Intersection, Verdict, clamped};
-use crate::query::{Query, TriangleId};
+use crate::query::Query;
 use crate::{Triangle, Vec3};
 
 /// The lanes of walks compiled for AVX2, or for AVX-512, which includes it.
@@ -141,19 +139,6 @@ impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
         // SAFETY: see `meet_boxes`.
         unsafe { judge(triangle, ray, last) }
     }
-
-    #[inline(always)]
-    fn decide_each<Q: Query>(
-        candidates: u32,
-        ray: &LaneRay,
-        query: &mut Q,
-        triangle: impl Fn(usize) -> (TriangleId, Triangle),
-    ) -> ControlFlow<()> {
-        if WITH_512 {
-            return avx512::decide_each(candidates, ray, query, triangle);
-        }
-        decide_each::<Self, Q>(candidates, ray, query, triangle)
-    }
 }
 
 #[inline]
@@ -171,7 +156,10 @@ fn load(row: &Row) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-    meet_planes(ray, last, |axis| ray.sides(axis).map(|side| load(&sides_of(node)[axis][side])))
+    meet_planes(ray, last, |axis| {
+        let ([near, far], sides) = (ray.sides(axis), &sides_of(node)[axis]);
+        [load(&sides[near]), load(&sides[far])]
+    })
 }
 
 /// As `lanes::meet_planes`.

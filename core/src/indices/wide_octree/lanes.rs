@@ -30,11 +30,10 @@ use core::ops::ControlFlow;
 use glam::Vec4;
 
 use super::leaf::Leaf;
-use super::walk::decide_each;
 use super::{Node, Row};
 use crate::geometry::kernel::Verdict;
 use crate::geometry::{Ray, Triangle};
-use crate::query::{Query, TriangleId};
+use crate::query::Query;
 
 /// A ray prepared for lanes. Three components and a fourth, which is 0 in the first two, because four are read
 /// and written at once.
@@ -159,7 +158,7 @@ impl Candidates {
 }
 
 /// Eight boxes, or eight triangles, at once.
-pub(in crate::indices) trait Lanes: Sized {
+pub(in crate::indices) trait Lanes {
     /// Eight numbers of 16 bits.
     type Keys: Copy;
     /// Eight numbers.
@@ -201,17 +200,6 @@ pub(in crate::indices) trait Lanes: Sized {
     #[inline(always)]
     fn judge(_: &Triangle, _: &LaneRay, _: f32) -> Verdict {
         Verdict::InDoubt
-    }
-
-    /// As [`decide_each`].
-    #[inline(always)]
-    fn decide_each<Q: Query>(
-        candidates: u32,
-        ray: &LaneRay,
-        query: &mut Q,
-        triangle: impl Fn(usize) -> (TriangleId, Triangle),
-    ) -> ControlFlow<()> {
-        decide_each::<Self, Q>(candidates, ray, query, triangle)
     }
 }
 

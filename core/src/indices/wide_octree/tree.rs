@@ -4,7 +4,7 @@ use core::ops::ControlFlow;
 
 use super::lanes::{LaneRay, Lanes};
 use super::leaf::{first_lane, leaf_at, leaf_count, triangle_at};
-use super::walk::{InLanes, Step, Tree};
+use super::walk::{InLanes, Step, Tree, decide_each};
 use super::{EDGES_ROW, EMPTY, IDS_ROW, LANES, LINKS_ROW, Row, node_at};
 use crate::Vec3;
 use crate::geometry::Aabb;
@@ -90,7 +90,7 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         let lanes = ((1 << count) - 1) << first_lane(step.edge);
         let candidates = L::meet_triangles::<Q>(leaf, ray, edges, last).of(lanes, query)?;
         let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
-        L::decide_each(candidates, ray, query, triangle)
+        decide_each::<L, Q>(candidates, ray, query, triangle)
     }
 
     #[inline(always)]

@@ -114,7 +114,7 @@ pub(super) fn walk_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &
     let Some(ray) = LaneRay::new(query.ray(), tree.largest()) else {
         return walk_in_f64(tree, query);
     };
-    let mut walk = Walk::<L>::new(ray, tree.root(), query);
+    let mut walk = Walk::<L>::new(ray, tree.root());
     while walk.step(tree, query).is_continue() {}
 }
 
@@ -139,7 +139,7 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
             turn.query = start(place);
             let Some(query) = &mut turn.query else { break };
             if let Some(ray) = LaneRay::new(query.ray(), largest) {
-                turn.walk.begin(ray, root, query);
+                turn.walk.begin(ray, root);
                 return;
             }
             walk_in_f64(tree, query);
@@ -179,26 +179,24 @@ struct Turn<L: Lanes, Q> {
 struct Walk<L: Lanes> {
     ray: LaneRay,
     next: Step,
-    last: f32,
     stack: heapless::Vec<(L::Keys, u32), STACK>,
 }
 
 impl<L: Lanes> Walk<L> {
     /// No walk yet.
     const IDLE: Self =
-        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, last: 0.0, stack: heapless::Vec::new() };
+        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: heapless::Vec::new() };
 
     #[inline(always)]
-    fn new<Q: Query>(ray: LaneRay, root: Step, query: &Q) -> Self {
-        Self { ray, next: root, last: finite(query.last_t()), stack: heapless::Vec::new() }
+    fn new(ray: LaneRay, root: Step) -> Self {
+        Self { ray, next: root, stack: heapless::Vec::new() }
     }
 
     /// As `new`, in place: most of a walk is room for its stack.
     #[inline(always)]
-    fn begin<Q: Query>(&mut self, ray: LaneRay, root: Step, query: &Q) {
+    fn begin(&mut self, ray: LaneRay, root: Step) {
         self.ray = ray;
         self.next = root;
-        self.last = finite(query.last_t());
         self.stack.clear();
     }
 
@@ -209,19 +207,18 @@ impl<L: Lanes> Walk<L> {
         query.enter();
         let (mut keys, mut above);
         if self.next.link & LEAF != 0 {
-            tree.test_leaf(self.next, &self.ray, self.last, query)?;
-            self.last = finite(query.last_t());
+            tree.test_leaf(self.next, &self.ray, last_t(query), query)?;
             let Some(top) = self.stack.pop() else { return DONE };
             (keys, above) = top;
         } else {
             let link = self.next.link;
-            let Some(met) = tree.meet_node(link, &self.ray, self.last) else { return DONE };
+            let Some(met) = tree.meet_node(link, &self.ray, last_t(query)) else { return DONE };
             (keys, above) = (met, link);
         }
         // The nearest child that is not entered yet, of the lowest node that has one.
         let lane = loop {
             let (nearest, lane) = L::nearest(keys);
-            if nearest <= key(self.last) {
+            if nearest <= key(last_t(query)) {
                 break lane;
             }
             let Some(top) = self.stack.pop() else { return DONE };
@@ -239,15 +236,17 @@ impl<L: Lanes> Walk<L> {
     }
 }
 
-/// The last `t` as lanes compare with it.
+/// A query's last `t` as lanes compare with it. Read anew for each node: kept in the walk, compilers load it in one
+/// with its neighbours, and the processor waits until they are all written.
 #[inline(always)]
-pub(in crate::indices) fn finite(t: f32) -> f32 {
+pub(in crate::indices) fn last_t<Q: Query>(query: &Q) -> f32 {
+    let t = query.last_t();
     if t < f32::MAX { t } else { f32::MAX }
 }
 
 /// Decides about the triangles of which a bit is set; [`Lanes::judge`] is asked first.
 #[inline(always)]
-pub(super) fn decide_each<L: Lanes, Q: Query>(
+pub(in crate::indices) fn decide_each<L: Lanes, Q: Query>(
     mut candidates: u32,
     ray: &LaneRay,
     query: &mut Q,
