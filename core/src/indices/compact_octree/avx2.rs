@@ -17,14 +17,14 @@ use core::arch::x86_64::{
 use super::ids::{FewBoxes, Known};
 use super::lanes::{UNUSED, Unpack};
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
-use crate::indices::wide_octree::avx2::{Avx, Avx2, meet_planes};
+use crate::indices::wide_octree::avx2::{Avx2, meet_planes};
 use crate::indices::wide_octree::lanes::{Candidates, LaneRay, Lanes};
 use crate::indices::wide_octree::leaf::Leaf;
 use crate::indices::wide_octree::{LANES, Row};
 use crate::query::Query;
 use crate::{Mesh, Triangle, Vec3};
 
-impl<const WITH_512: bool> Unpack for Avx<WITH_512> {
+impl Unpack for Avx2 {
     #[inline(always)]
     fn meet_node(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
         // SAFETY: only functions compiled for AVX2 walk with these lanes; so below.

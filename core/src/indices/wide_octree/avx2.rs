@@ -27,10 +27,8 @@ use crate::geometry::kernel::{Intersection, Verdict, clamped};
 use crate::query::Query;
 use crate::{Triangle, Vec3};
 
-/// The lanes of walks compiled for AVX2, or for AVX-512, which includes it.
-pub(in crate::indices) enum Avx<const WITH_512: bool> {}
-
-pub(in crate::indices) type Avx2 = Avx<false>;
+/// The lanes of walks compiled for AVX2, or for more.
+pub(in crate::indices) enum Avx2 {}
 
 /// See `walk_in_lanes`.
 #[inline]
@@ -71,7 +69,7 @@ fn walk_each_with_avx2<T: InLanes<Avx2>, Q: Query>(
     walk_each_in_lanes::<Avx2, T, Q>(tree, count, start, finish);
 }
 
-impl<const WITH_512: bool> Lanes for Avx<WITH_512> {
+impl Lanes for Avx2 {
     type Keys = __m128i;
     type Numbers = __m256;
 

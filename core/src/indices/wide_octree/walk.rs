@@ -95,14 +95,11 @@ pub(in crate::indices) fn walk_each<T: InEvery, Q: Query>(
 /// A tree that all lanes of this target can read.
 #[cfg(target_arch = "x86_64")]
 pub(in crate::indices) trait InEvery:
-    InLanes<Portable> + InLanes<super::avx2::Avx2> + InLanes<super::avx512::Avx512>
+    InLanes<Portable> + InLanes<super::avx2::Avx2>
 {
 }
 #[cfg(target_arch = "x86_64")]
-impl<T> InEvery for T where
-    T: InLanes<Portable> + InLanes<super::avx2::Avx2> + InLanes<super::avx512::Avx512>
-{
-}
+impl<T: InLanes<Portable> + InLanes<super::avx2::Avx2>> InEvery for T {}
 /// A tree that all lanes of this target can read.
 #[cfg(not(target_arch = "x86_64"))]
 pub(in crate::indices) trait InEvery: InLanes<Portable> {}
