@@ -231,14 +231,18 @@ fn sort_by_plane(items: &mut [Item], bins: &Bins, plane: &Plane) -> (usize, [Par
     place[axis] = bins.place(plane);
     let place = Vec4::from_array(place);
     let front_is = if plane.above_first { 1 << axis } else { 0 };
-    let cells = Cell::from_mut(&mut *items).as_slice_of_cells();
+    // Corner by corner: an item read as one where it was just written as two is waited for.
+    let corners = Cell::from_mut(bytemuck::cast_slice_mut::<Item, Vec4>(items)).as_slice_of_cells();
+    let (cells, _) = corners.as_chunks::<2>();
     let mut front = 0;
-    for cell in cells {
-        let item = cell.get();
-        let is_front = item.middle().cmpge(place).bitmask() == front_is;
-        if let Some(first) = cells.get(front) {
-            cell.set(first.get());
-            first.set(item);
+    for [lo, hi] in cells {
+        let item = [lo.get(), hi.get()];
+        let is_front = (item[0] + item[1]).cmpge(place).bitmask() == front_is;
+        if let Some([first_lo, first_hi]) = cells.get(front) {
+            lo.set(first_lo.get());
+            hi.set(first_hi.get());
+            first_lo.set(item[0]);
+            first_hi.set(item[1]);
         }
         front += usize::from(is_front);
     }
