@@ -49,7 +49,11 @@ pub(super) fn connect(
     scratch: &mut Scratch<'_>,
 ) -> Option<()> {
     let tree = BoxTree::build(boxes, members, scratch)?;
-    let components = Components { parents: component, delta_squared };
+    let mut components = Components { parents: component, delta_squared };
+    // Neighbours on the curve: most nodes are one component then, before any two are looked at.
+    for (&one, &next) in tree.members().iter().zip(tree.members().iter().skip(1)) {
+        components.join_near(&tree, one, next);
+    }
     Join { tree, components }.within(NodeRef::ROOT);
     Some(())
 }
@@ -85,8 +89,13 @@ impl Join<'_, '_> {
         if node_a.bounds.is_empty()
             || node_b.bounds.is_empty()
             || node_a.bounds.gap_squared(&node_b.bounds) > self.components.delta_squared
-            || self.components.common(node_a.mark, node_b.mark) != BoxTree::NO_MARK
         {
+            return false;
+        }
+        // Boxes below the one that is not marked may have been joined by way of others; where neither is, they seldom
+        // have.
+        let is_marked = node_a.mark != BoxTree::NO_MARK || node_b.mark != BoxTree::NO_MARK;
+        if is_marked && self.are_one(a, b) {
             return false;
         }
         let joined = if let (Some(of_a), Some(of_b)) =
@@ -135,6 +144,18 @@ impl Join<'_, '_> {
 
     fn mark(&self, node: NodeRef) -> u32 {
         self.tree.node(node).map_or(BoxTree::NO_MARK, |node| node.mark)
+    }
+
+    /// Tells whether all boxes below two nodes are known to be in one component.
+    fn are_one(&mut self, a: NodeRef, b: NodeRef) -> bool {
+        self.is_one(a)
+            && self.is_one(b)
+            && self.components.common(self.mark(a), self.mark(b)) != BoxTree::NO_MARK
+    }
+
+    fn is_one(&mut self, node: NodeRef) -> bool {
+        self.renew_mark(node);
+        self.mark(node) != BoxTree::NO_MARK
     }
 
     /// Marks a node whose boxes have become one component.
