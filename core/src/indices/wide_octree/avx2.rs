@@ -154,6 +154,7 @@ fn load(row: &Row) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
+    // Without `map`: what that is given is not always inlined where the walk is compiled for more than AVX2.
     meet_planes(ray, last, |axis| {
         let ([near, far], sides) = (ray.sides(axis), &sides_of(node)[axis]);
         [load(&sides[near]), load(&sides[far])]
