@@ -31,7 +31,7 @@
 //!   comes next waits for the queue.
 //! - Three, six or eight rays in turn instead of four, and a prefetch of half a node: no difference that stands out.
 //! - Sixteen lanes: counted on divisions collapsed further, a ray enters 10 to 17% fewer nodes, each of which is twice the
-//!   work in AVX2. In AVX-512, eight boxes with both sides in one vector of sixteen took as long as in two of eight.
+//!   work in AVX2. In AVX-512, registers of sixteen numbers have not paid so far: see `avx512`.
 //! - Triangles cut in two where they leave most of their boxes empty, before the build, 5 to 60% more of them: a ray enters
 //!   up to 9% more nodes, a quarter more in a city, for at most 4% fewer tests, and no scene was faster. Embree's spatial
 //!   splits make it 0.85 to 1.05 times as fast on the same scenes and rays, and its build 3 to 8 times as slow.
