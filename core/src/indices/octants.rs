@@ -112,12 +112,8 @@ impl<D: Division> Octants<D> {
     ) -> ControlFlow<()> {
         let mut stack = heapless::Vec::<Frame, LEVELS>::new();
         let root = Cell::root(&local.bounds);
-        let mut entered = Self::enter(local, ray, span, query, local.word(0), root)?;
+        Self::enter(local, ray, span, query, local.word(0), root, &mut stack)?;
         loop {
-            if let Some(frame) = entered.take() {
-                let pushed = stack.push(frame).is_ok();
-                debug_assert!(pushed, "validation bounds the depth");
-            }
             let Some(frame) = stack.last_mut() else {
                 return ControlFlow::Continue(());
             };
@@ -130,7 +126,7 @@ impl<D: Division> Octants<D> {
             }
             let link = local.word(frame.link_of(octant));
             let cell = frame.cell.child(&frame.planes, octant);
-            entered = Self::enter(local, ray, span, query, link, cell)?;
+            Self::enter(local, ray, span, query, link, cell, &mut stack)?;
         }
     }
 
@@ -182,7 +178,7 @@ impl<D: Division> Octants<D> {
         }
     }
 
-    /// Enters a node: tests a leaf's triangles, or returns the frame of an inner node.
+    /// Enters a node: tests a leaf's triangles, or pushes the frame of an inner node.
     #[inline]
     fn enter<Q: Query>(
         local: &Local<'_>,
@@ -191,13 +187,13 @@ impl<D: Division> Octants<D> {
         query: &mut Q,
         link: u32,
         cell: Cell,
-    ) -> ControlFlow<(), Option<Frame>> {
+        stack: &mut heapless::Vec<Frame, LEVELS>,
+    ) -> ControlFlow<()> {
         query.enter();
         let place = link & !LEAF;
         let head = local.word(place);
         if link & LEAF != 0 {
-            local.test(place + 1, head, query)?;
-            return ControlFlow::Continue(None);
+            return local.test(place + 1, head, query);
         }
         let planes = D::planes(local, place, head, &cell);
         let crossing = |axis: usize| match planes[axis] {
@@ -206,7 +202,7 @@ impl<D: Division> Octants<D> {
             None => AxisCrossing { earliest: f64::NEG_INFINITY, latest: f64::INFINITY },
         };
         let crossings = [crossing(0), crossing(1), crossing(2)];
-        ControlFlow::Continue(Some(Frame {
+        let frame = Frame {
             cell,
             planes,
             links: place + 1 + D::stored(head),
@@ -215,7 +211,10 @@ impl<D: Division> Octants<D> {
             span,
             near_end: crossings.map(|c| c.latest),
             far_start: crossings.map(|c| c.earliest),
-        }))
+        };
+        let pushed = stack.push(frame).is_ok();
+        debug_assert!(pushed, "validation bounds the depth");
+        ControlFlow::Continue(())
     }
 }
 
