@@ -134,8 +134,7 @@ impl LocalIndex for Bvh {
                 let span = ray.clip(&bounds_at(local, place), span);
                 (!span.is_empty()).then(|| (local.word(place + CHILD_WORDS - 1), span))
             };
-            let [left, right] = [place, place + CHILD_WORDS].map(child);
-            waiting.enter_sorted(left, right);
+            waiting.enter_sorted(child(place), child(place + CHILD_WORDS));
             ControlFlow::Continue(())
         })
     }
