@@ -148,20 +148,19 @@ impl Join<'_, '_> {
 
     /// Tells whether all boxes below two nodes are known to be in one component.
     fn are_one(&mut self, a: NodeRef, b: NodeRef) -> bool {
-        self.is_one(a)
-            && self.is_one(b)
-            && self.components.common(self.mark(a), self.mark(b)) != BoxTree::NO_MARK
+        let mark = self.renew_mark(a);
+        if mark == BoxTree::NO_MARK {
+            return false;
+        }
+        let other = self.renew_mark(b);
+        self.components.common(mark, other) != BoxTree::NO_MARK
     }
 
-    fn is_one(&mut self, node: NodeRef) -> bool {
-        self.renew_mark(node);
-        self.mark(node) != BoxTree::NO_MARK
-    }
-
-    /// Marks a node whose boxes have become one component.
-    fn renew_mark(&mut self, node: NodeRef) {
-        if self.mark(node) != BoxTree::NO_MARK {
-            return;
+    /// Marks a node whose boxes have become one component, and returns its mark.
+    fn renew_mark(&mut self, node: NodeRef) -> u32 {
+        let known = self.mark(node);
+        if known != BoxTree::NO_MARK {
+            return known;
         }
         let mark = if let Some((left, right)) = self.tree.children(node) {
             match (self.is_empty(left), self.is_empty(right)) {
@@ -178,6 +177,7 @@ impl Join<'_, '_> {
             members.iter().fold(first, |mark, &member| self.components.common(mark, member))
         };
         self.tree.set_mark(node, mark);
+        mark
     }
 }
 

@@ -81,7 +81,7 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-        // SAFETY: only functions compiled for AVX2 walk with these lanes, here and in the compact octree; so below.
+        // SAFETY: only functions compiled for AVX2, or for AVX-512, which has it, walk with these lanes; so below.
         unsafe { meet_boxes(node, ray, last) }
     }
 

@@ -86,16 +86,22 @@ impl Forest {
         let mut shares = (share as u32) << (SHARE_BITS * OF_CHILDREN);
         let (rows, leaves) = side_by_side(LANES, share);
         let rows = rows.saturating_add(NODE_ROWS + leaves.rows());
-        let mut least = (cost + surface, (rows, LeafCounts::NONE));
-        let mut forest =
-            Self { costs: [least.0; LANES], rows: [rows; LANES], leaves: [least.1.1; LANES], at };
+        // As one subtree, or as many as cost less.
+        let (mut least, mut rows_and_leaves) = (cost + surface, (rows, LeafCounts::NONE));
+        let mut forest = Self {
+            costs: [least; LANES],
+            rows: [rows; LANES],
+            leaves: [LeafCounts::NONE; LANES],
+            at,
+        };
         for more in 1..LANES {
             let (cost, share) = divided(more + 1);
-            if cost < least.0 {
-                least = (cost, side_by_side(more + 1, share));
+            if cost < least {
+                (least, rows_and_leaves) = (cost, side_by_side(more + 1, share));
                 shares |= (share as u32) << (SHARE_BITS * more);
             }
-            (forest.costs[more], (forest.rows[more], forest.leaves[more])) = least;
+            forest.costs[more] = least;
+            (forest.rows[more], forest.leaves[more]) = rows_and_leaves;
         }
         (forest, Split { halves: [left.at, right.at], shares, rows })
     }

@@ -236,13 +236,14 @@ fn sort_by_plane(items: &mut [Item], bins: &Bins, plane: &Plane) -> (usize, [Par
     let (cells, _) = corners.as_chunks::<2>();
     let mut front = 0;
     for [lo, hi] in cells {
-        let item = [lo.get(), hi.get()];
-        let is_front = (item[0] + item[1]).cmpge(place).bitmask() == front_is;
+        let item: Item = bytemuck::must_cast([lo.get(), hi.get()]);
+        let is_front = item.middle().cmpge(place).bitmask() == front_is;
         if let Some([first_lo, first_hi]) = cells.get(front) {
             lo.set(first_lo.get());
             hi.set(first_hi.get());
-            first_lo.set(item[0]);
-            first_hi.set(item[1]);
+            let [item_lo, item_hi] = bytemuck::must_cast(item);
+            first_lo.set(item_lo);
+            first_hi.set(item_hi);
         }
         front += usize::from(is_front);
     }
