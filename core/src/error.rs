@@ -33,6 +33,11 @@ pub enum BuildError {
     },
     /// The index needs more words than `u32` links can reach: lower the level.
     TooLarge,
+    /// The build takes more steps than [`crate::Options::work_limit`] allows.
+    TooMuchWork {
+        /// Steps that were allowed.
+        limit: u64,
+    },
     /// The list of objects does not have one entry per triangle.
     ObjectsMismatch {
         /// Triangles in the scene.
@@ -73,6 +78,9 @@ impl fmt::Display for BuildError {
                 write!(f, "{kind} holds the triangles itself, and is not built beside a mesh")
             }
             Self::TooLarge => f.write_str("the index outgrows its 32-bit links: lower the level"),
+            Self::TooMuchWork { limit } => {
+                write!(f, "the build takes more than the {limit} steps allowed")
+            }
             Self::ObjectsMismatch { triangles, objects } => {
                 write!(f, "{objects} object numbers were given for {triangles} triangles")
             }

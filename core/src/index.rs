@@ -52,6 +52,9 @@ pub struct Capacity {
     pub index: usize,
     /// For the build; free again afterwards.
     pub scratch: usize,
+    /// The work of the build: how often it looks at a triangle. At most a multiple of `n log n`, wherever the `n`
+    /// triangles lie.
+    pub steps: u64,
 }
 
 /// What an index consists of: a structure over the whole scene, or over its clusters.
@@ -121,15 +124,17 @@ impl<'a, R: Representation> Index<'a, R> {
         scratch: &mut [u8],
         executor: &impl Executor,
     ) -> Result<Capacity, BuildError> {
-        match Index::<R>::build_with(scene, options, &mut [], scratch, executor) {
-            Err(BuildError::ArenaFull { needed, .. }) => Ok(Capacity {
-                index: needed,
-                scratch: Self::scratch_capacity(scene.triangles.len(), options),
-            }),
-            Err(error) => Err(error),
+        let mut steps = 0;
+        let built =
+            Index::<R>::build_counted(scene, options, &mut [], scratch, executor, &mut steps);
+        let index = match built {
+            Err(BuildError::ArenaFull { needed, .. }) => needed,
+            Err(error) => return Err(error),
             // Not to be had: an index has a header.
-            Ok(index) => Ok(Capacity { index: index.as_bytes().len(), scratch: 0 }),
-        }
+            Ok(index) => index.as_bytes().len(),
+        };
+        let scratch = Self::scratch_capacity(scene.triangles.len(), options);
+        Ok(Capacity { index, scratch, steps })
     }
 
     /// Builds an index of `scene` in the first bytes of `arena`.
@@ -166,6 +171,18 @@ impl<'a, R: Representation> Index<'a, R> {
         arena: &'a mut [u8],
         scratch: &mut [u8],
         executor: &impl Executor,
+    ) -> Result<Self, BuildError> {
+        Self::build_counted(scene, options, arena, scratch, executor, &mut 0)
+    }
+
+    /// As [`Index::build_with`], and says in `steps` how many steps it took, or had taken when it gave up.
+    pub(crate) fn build_counted(
+        scene: &Scene<'a>,
+        options: &Options,
+        arena: &'a mut [u8],
+        scratch: &mut [u8],
+        executor: &impl Executor,
+        steps: &mut u64,
     ) -> Result<Self, BuildError> {
         if scene.beside && R::Structure::HOLDS_TRIANGLES {
             return Err(BuildError::HoldsTriangles { kind: R::NAME });
@@ -216,10 +233,13 @@ impl<'a, R: Representation> Index<'a, R> {
         // 4. The structure over them.
         let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
         let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
-        let mut words = Words::new(bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default());
+        let slots = bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default();
+        let mut words = Words::limited(slots, options.work_limit.unwrap_or(u64::MAX));
         let division =
             Division { triangles, rays: scene.rays, clusters: &clusters, nodes: &mut *nodes };
-        R::Structure::build(division, options, &mut words, scratch, executor)?;
+        let built = R::Structure::build(division, options, &mut words, scratch, executor);
+        *steps = words.steps();
+        built?;
         if words.len() > u32::MAX as usize {
             return Err(BuildError::TooLarge);
         }

@@ -33,6 +33,8 @@ pub struct Scene<'a> {
     /// Whether an index has no copy of the triangles.
     pub(crate) beside: bool,
     pub(crate) rays: &'a [Ray],
+    /// How many rays it will be asked about, if that is known.
+    pub(crate) expected_rays: Option<u64>,
 }
 
 impl<'a> Scene<'a> {
@@ -43,7 +45,7 @@ impl<'a> Scene<'a> {
 
     /// As [`Scene::new`], of a mesh.
     pub const fn of(mesh: Mesh<'a>) -> Self {
-        Self { triangles: mesh, objects: None, beside: false, rays: &[] }
+        Self { triangles: mesh, objects: None, beside: false, rays: &[], expected_rays: None }
     }
 
     /// A scene whose primitives are whole objects; see [`Scene::objects`].
@@ -71,6 +73,14 @@ impl<'a> Scene<'a> {
     #[must_use]
     pub const fn rays(self, rays: &'a [Ray]) -> Self {
         Self { rays, ..self }
+    }
+
+    /// The same scene, and about how many rays it will be asked about: [`auto::select`](crate::auto::select) weighs
+    /// what a build takes against them, and tries more candidates the more there are; `u64::MAX` for all of them.
+    /// No answer depends on it.
+    #[must_use]
+    pub const fn expecting(self, rays: u64) -> Self {
+        Self { expected_rays: Some(rays), ..self }
     }
 
     /// The triangles, by id.
@@ -124,6 +134,9 @@ pub struct Options {
     /// What a step and a test cost, for the indices that estimate; `None` for what was measured of each,
     /// [`crate::IndexKind::cost_model`].
     pub cost: Option<CostModel>,
+    /// The most steps that a build may take, each a look at one triangle; `None` for any number. The count is the
+    /// same on every machine: [`crate::Capacity::steps`] tells it.
+    pub work_limit: Option<u64>,
 }
 
 impl Default for Options {
@@ -136,6 +149,7 @@ impl Default for Options {
             resolution: Resolution::Automatic,
             bvh_build: BvhBuild::Binned,
             cost: None,
+            work_limit: None,
         }
     }
 }

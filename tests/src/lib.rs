@@ -11,6 +11,7 @@
 
 pub mod build;
 pub mod checks;
+pub mod crowds;
 pub mod digest;
 pub mod hostile;
 pub mod oracle;

@@ -19,14 +19,14 @@ const ANSWERS: u64 = 0x26c5_5cfd_5d28_b3f9;
 /// Of the image of each kind, by name.
 const IMAGES: &[(&str, u64)] = &[
     ("linear", 0xfff0_5021_2d98_9325),
-    ("octree", 0x6326_29b4_7f82_abb0),
+    ("octree", 0xace1_5e14_79ff_d65d),
     ("octree-hierarchy", 0xc056_f736_1202_2515),
     ("octree-r", 0x0044_1e02_6ee2_1e48),
     ("octree-r-hierarchy", 0x26cd_1dee_240d_ad4e),
     ("uniform-grid", 0x1e47_6a6c_8383_5466),
     ("grid-hierarchy", 0xf98d_1ad0_c99b_52de),
-    ("kd-tree", 0x5658_9a52_6f3f_13a2),
-    ("kd-tree-hierarchy", 0x834f_82b4_ddd7_77f9),
+    ("kd-tree", 0xa8ce_9608_d25c_8ba7),
+    ("kd-tree-hierarchy", 0x0650_7b9f_1c1e_7487),
     ("bsp-tree", 0x8da2_a343_cdc7_0ec3),
     ("bsp-tree-hierarchy", 0x708e_9625_d095_da74),
     ("bvh", 0x12cc_27f2_0d71_055c),

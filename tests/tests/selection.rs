@@ -22,7 +22,7 @@ fn select_within(
     let mut arena = vec![Block::ZERO; Block::count(arena_bytes)];
     let mut scratch = scratch_for(triangles);
     select(
-        &Scene::new(triangles).rays(rays),
+        &Scene::new(triangles).rays(rays).expecting(u64::MAX),
         &Options::default(),
         candidates,
         &mut Block::bytes(&mut arena)[..arena_bytes],
@@ -166,5 +166,57 @@ fn the_reason_has_the_numbers() {
         "times as much".to_owned(),
     ] {
         assert!(text.contains(&part), "{text} lacks {part}");
+    }
+}
+
+/// Selects among all kinds for so many rays.
+fn select_for(triangles: &[Triangle], rays: u64) -> Selection {
+    let mut arena = vec![Block::ZERO; Block::count(64 << 20)];
+    let mut scratch = scratch_for(triangles);
+    let scene = Scene::new(triangles).expecting(rays);
+    let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+    select(&scene, &Options::default(), IndexKind::ALL, arena, scratch).unwrap()
+}
+
+/// For one ray nothing is worth building; for a few, only what is cheap to build; for many, all is tried.
+#[test]
+fn the_more_rays_the_more_is_tried() {
+    let triangles = scenes::icosphere(5);
+    let tried = |selection: &Selection| {
+        let fits = |candidate: &&arboleda::auto::Candidate| {
+            matches!(candidate.expectation, Expectation::Fits(_))
+        };
+        selection.candidates().iter().filter(fits).count()
+    };
+    let one = select_for(&triangles, 1);
+    assert_eq!((one.kind(), tried(&one)), (IndexKind::Linear, 1));
+    assert!(one.to_string().contains("; not worth building: octree, octree-hierarchy, "), "{one}");
+    let some = select_for(&triangles, 10_000);
+    assert_eq!(some.kind(), IndexKind::WideOctree);
+    assert!((2..IndexKind::ALL.len()).contains(&tried(&some)), "{some}");
+    let many = select_for(&triangles, u64::MAX);
+    assert_eq!(tried(&many), IndexKind::ALL.len());
+}
+
+/// Trying candidates costs at most a few builds of the chosen one, on scenes that no plane parts, too.
+#[test]
+fn trying_is_bounded_by_the_chosen_build() {
+    for (name, crowd) in arboleda_tests::crowds::ALL {
+        let triangles = crowd(2_000);
+        let (mut arena, mut scratch) = (vec![Block::ZERO; 1 << 20], scratch_for(&triangles));
+        let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+        let scene = Scene::new(&triangles);
+        let chosen = select(&scene, &Options::default(), IndexKind::ALL, arena, scratch).unwrap();
+        let spent: f64 = chosen
+            .candidates()
+            .iter()
+            .filter_map(|candidate| match candidate.expectation {
+                Expectation::Fits(cost) => Some(cost.build_nanoseconds),
+                Expectation::LeftOut(_) => None,
+            })
+            .sum();
+        let rays = 16.0 * triangles.len() as f64 * chosen.cost().nanoseconds;
+        let few = (4.0 * chosen.cost().build_nanoseconds).max(rays).max(8e6);
+        assert!(spent <= few, "{name}: {spent} ns of {few}: {chosen}");
     }
 }

@@ -1,7 +1,7 @@
 //! Which index for this scene: each candidate is built, tried on some rays, and weighed.
 //!
 //! ```text
-//! candidate -> build in the arena -> too large: left out
+//! candidate -> build in the arena -> too large, or too much work: left out
 //!                                -> rays, counted -> ray + nodes * node + tests * test -> the least wins
 //! ```
 //! The level and the resolution are found by the candidates themselves, unless the options give them. The
@@ -9,11 +9,12 @@
 
 use core::fmt;
 
+use super::budget::{Budget, BuildCost};
 use super::sample;
 use super::weights::Weights;
 use crate::geometry::RaySpan;
 use crate::query::Counters;
-use crate::{BuildError, IndexKind, Options, Ray, RayIndex, Scene};
+use crate::{BuildError, IndexKind, Options, Ray, RayIndex, Scene, Sequential};
 
 /// How many kinds there are to choose from.
 const KINDS: usize = IndexKind::ALL.len();
@@ -43,7 +44,8 @@ const RAYS: u32 = 1024;
 pub enum Expectation {
     /// It fits, and so much a ray.
     Fits(Cost),
-    /// It was left out, because it cannot be built in the memory given or at all.
+    /// It was left out, because it cannot be built in the memory given or at all, or because trying it would have
+    /// taken more than it may save.
     LeftOut(BuildError),
 }
 
@@ -52,6 +54,8 @@ pub enum Expectation {
 pub struct Cost {
     /// As [`Weights`] weigh the counters.
     pub nanoseconds: f64,
+    /// What building the index takes, once, in the same unit.
+    pub build_nanoseconds: f64,
     /// Nodes visited.
     pub nodes: f64,
     /// Triangles tested.
@@ -94,15 +98,21 @@ impl Selection {
     }
 }
 
-/// Chooses an index for a scene: builds each candidate in the arena, answers the [scene's rays](Scene::rays) with
-/// it, and weighs what that took.
+/// Chooses an index for a scene: builds candidates in the arena, answers the [scene's rays](Scene::rays) with each,
+/// and weighs what that took.
 ///
 /// Without rays, a sample is taken: 1,024 rays, two thirds of them lines through the scene's box, the rest light that
 /// reaches triangles.
 /// [`IndexKind::Linear`] is not asked, since what it takes is known. A candidate named twice counts once. The
 /// arena's contents are undefined afterwards; build the chosen kind in it with the same options.
 ///
-/// Cost: all builds, and a few thousand queries.
+/// Where the scene says [how many rays](Scene::expecting) are to come, the build counts too: for a single ray in a
+/// large scene no tree is built, but all triangles are tested.
+///
+/// Cost: at most three times that of building the chosen candidate, or half of what its rays take, whichever is
+/// more; and a few thousand queries. Where nobody says how many rays are to come, 16 a triangle are reckoned with. Those likely to be best are tried first. What would take more is left out as
+/// [`BuildError::TooMuchWork`]: [`Scene::expecting`] many rays has it tried. Work is counted, not timed, so that
+/// the choice is the same on every machine.
 ///
 /// # Errors
 /// If no candidate can be built, the first one's reason, or of those that say how much is missing the least;
@@ -129,26 +139,37 @@ pub fn select(
     arena: &mut [u8],
     scratch: &mut [u8],
 ) -> Result<Selection, BuildError> {
-    let mut estimates = heapless::Vec::new();
-    let mut least = f64::INFINITY;
+    // 1. Each kind once, in the caller's order.
+    let mut estimates = heapless::Vec::<Candidate, KINDS>::new();
     for &kind in candidates {
-        if estimates.iter().any(|known: &Candidate| known.kind == kind) {
-            continue;
+        if estimates.iter().all(|known| known.kind != kind) {
+            let untried = Expectation::LeftOut(BuildError::TooMuchWork { limit: 0 });
+            let pushed = estimates.push(Candidate { kind, expectation: untried }).is_ok();
+            debug_assert!(pushed, "each kind comes once");
         }
-        let expectation = match expect(kind, scene, options, arena, scratch) {
-            Ok(cost) => {
-                least = if cost.nanoseconds < least { cost.nanoseconds } else { least };
-                Expectation::Fits(cost)
-            }
-            Err(error) => Expectation::LeftOut(error),
-        };
-        let pushed = estimates.push(Candidate { kind, expectation }).is_ok();
-        debug_assert!(pushed, "each kind comes once");
     }
+
+    // 2. Try them, in the order of their turns.
+    let mut trials = Trials { scene, options, budget: Budget::new(scene), best: None };
+    for turn in 0..=KINDS {
+        for candidate in &mut estimates {
+            if BuildCost::turn(candidate.kind) == turn {
+                candidate.expectation = match trials.expect(candidate.kind, arena, scratch) {
+                    Ok(cost) => Expectation::Fits(cost),
+                    Err(error) => Expectation::LeftOut(error),
+                };
+            }
+        }
+    }
+
+    // 3. The least, or what is as good and smaller.
+    let Some(least) = trials.best.map(|best| best.whole) else {
+        return Err(least_missing(&estimates));
+    };
     let mut best: Option<(IndexKind, Cost)> = None;
     for Candidate { kind, expectation } in &estimates {
         if let Expectation::Fits(cost) = *expectation
-            && cost.nanoseconds <= least * AS_GOOD
+            && trials.budget.whole(cost.build_nanoseconds, cost.nanoseconds) <= least * AS_GOOD
             && best.is_none_or(|(_, smallest)| cost.bytes < smallest.bytes)
         {
             best = Some((*kind, cost));
@@ -157,6 +178,64 @@ pub fn select(
     match best {
         Some((chosen, cost)) => Ok(Selection { chosen, cost, candidates: estimates }),
         None => Err(least_missing(&estimates)),
+    }
+}
+
+/// The best candidate so far.
+#[derive(Clone, Copy)]
+struct Best {
+    /// Nanoseconds to build it.
+    build: f64,
+    /// Nanoseconds a ray.
+    ray: f64,
+    /// What it takes in all.
+    whole: f64,
+}
+
+/// Candidates being tried.
+struct Trials<'t, 'a> {
+    scene: &'t Scene<'a>,
+    options: &'t Options,
+    budget: Budget,
+    best: Option<Best>,
+}
+
+impl Trials<'_, '_> {
+    /// What is expected of a candidate, if there is enough memory for it and enough left to try it.
+    fn expect(
+        &mut self,
+        kind: IndexKind,
+        arena: &mut [u8],
+        scratch: &mut [u8],
+    ) -> Result<Cost, BuildError> {
+        let count = self.scene.triangles().len();
+        let costs = BuildCost::of(kind);
+        let least = costs.least_nanoseconds(count);
+        let given = self.options.work_limit.unwrap_or(u64::MAX);
+        let limit = match self.best {
+            None => given,
+            Some(best) => {
+                let left = self.budget.left(best.build, best.ray);
+                let limit = costs.steps_within(count, left).min(given);
+                if least > left || !self.budget.may_win(least, best.whole) {
+                    return Err(BuildError::TooMuchWork { limit });
+                }
+                limit
+            }
+        };
+        let options = Options { work_limit: Some(limit), ..*self.options };
+        let mut steps = 0;
+        let tried = try_candidate(kind, self.scene, &options, arena, scratch, &mut steps);
+        let build = costs.nanoseconds(count, steps as f64);
+        if kind != IndexKind::Linear {
+            self.budget.spend(build);
+        }
+        let cost = Cost { build_nanoseconds: build, ..tried? };
+        let whole = self.budget.whole(build, cost.nanoseconds);
+        if self.best.is_none_or(|best| whole < best.whole) {
+            self.best = Some(Best { build, ray: cost.nanoseconds, whole });
+        }
+        Ok(cost)
     }
 }
 
@@ -179,14 +258,16 @@ fn least_missing(estimates: &[Candidate]) -> BuildError {
     })
 }
 
-fn expect(
+/// Builds a candidate, in `steps`, and asks it.
+fn try_candidate(
     kind: IndexKind,
     scene: &Scene<'_>,
     options: &Options,
     arena: &mut [u8],
     scratch: &mut [u8],
+    steps: &mut u64,
 ) -> Result<Cost, BuildError> {
-    let index = kind.build(scene, options, arena, scratch)?;
+    let index = kind.build_counted(scene, options, arena, scratch, &Sequential, steps)?;
     let mut counters = Counters::default();
     let mut count = 0_u64;
     // What the linear scan takes is known: its box, and all triangles.
@@ -211,6 +292,7 @@ fn expect(
     // An empty scene has no rays of its own.
     let per_ray = 1.0 / if count > 0 { count as f64 } else { 1.0 };
     Ok(Cost {
+        build_nanoseconds: 0.0,
         nanoseconds: Weights::of(kind).nanoseconds(count, &counters) * per_ray,
         nodes: counters.nodes_visited as f64 * per_ray,
         tests: counters.triangle_tests as f64 * per_ray,
@@ -261,9 +343,20 @@ impl fmt::Display for Selection {
                 f.write_str("as much")?;
             }
         }
+        // Those that were not worth their build in one list; the others each with its reason.
+        let mut separator = "; not worth building: ";
         for candidate in &self.candidates {
-            if let Expectation::LeftOut(error) = candidate.expectation {
-                write!(f, "; {} left out: {error}", candidate.kind.name())?;
+            if let Expectation::LeftOut(BuildError::TooMuchWork { .. }) = candidate.expectation {
+                write!(f, "{separator}{}", candidate.kind.name())?;
+                separator = ", ";
+            }
+        }
+        for candidate in &self.candidates {
+            match candidate.expectation {
+                Expectation::Fits(_) | Expectation::LeftOut(BuildError::TooMuchWork { .. }) => {}
+                Expectation::LeftOut(error) => {
+                    write!(f, "; {} left out: {error}", candidate.kind.name())?;
+                }
             }
         }
         Ok(())

@@ -15,7 +15,7 @@ use super::{CostModel, sample};
 use crate::Vec3;
 use crate::geometry::kernel::Verdict;
 use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
-use crate::query::{Closest, Query, TriangleId};
+use crate::query::{Closest, Counters, Query, TriangleId};
 
 /// A ray of a trial, as far as the closest triangle.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -42,24 +42,31 @@ pub(crate) fn ray_count(triangle_count: usize) -> usize {
 pub(crate) struct Trial<'s> {
     bounds: Aabb,
     rays: &'s [Tried],
+    steps: u64,
 }
 
 impl<'s> Trial<'s> {
     /// Fills `room` with rays for some triangles: those of the rays `given` that meet their box, evenly, or where
-    /// there are too few of them a sample; `find` finds the closest hit of each.
+    /// there are too few of them a sample; `find` finds the closest hit of each. After `most_tests` triangle tests no
+    /// more rays are taken.
     pub fn new(
         triangles: impl Iterator<Item = Triangle> + Clone,
         bounds: &Aabb,
         given: &[Ray],
         room: &'s mut [Tried],
-        mut find: impl FnMut(&RaySpan, Span, &mut Closest<'_, ()>),
+        most_tests: u64,
+        mut find: impl FnMut(&RaySpan, Span, &mut Closest<'_, &mut Counters>),
     ) -> Self {
         let mut slots = room.iter_mut();
         let wanted = slots.len();
         let mut count = 0;
+        let mut counters = Counters::default();
         let add = |ray: &Ray| {
+            if counters.triangle_tests > most_tests {
+                return;
+            }
             let Some(slot) = slots.next() else { return };
-            let mut query = Closest::new(ray, ());
+            let mut query = Closest::new(ray, &mut counters);
             clipped(ray, bounds, |ray, span| find(ray, span, &mut query));
             let (origin, direction) = (ray.origin().to_array(), ray.direction().to_array());
             *slot = Tried { origin, direction, t_min: ray.t_min(), end: query.last_t() };
@@ -76,7 +83,13 @@ impl<'s> Trial<'s> {
         } else {
             given.step_by(met.div_ceil(wanted.max(1)).max(1)).for_each(add);
         }
-        Self { bounds: *bounds, rays: room.get(..count).unwrap_or(&[]) }
+        let steps = counters.triangle_tests.saturating_add(counters.nodes_visited);
+        Self { bounds: *bounds, rays: room.get(..count).unwrap_or(&[]), steps }
+    }
+
+    /// The cells entered and triangles tested to find out where the rays end.
+    pub fn steps(&self) -> u64 {
+        self.steps
     }
 
     /// What the rays take together, where `walk` shows a query the part of a ray that lies in the box.

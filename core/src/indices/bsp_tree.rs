@@ -15,6 +15,7 @@ pub enum BspTree {}
 
 impl Division for BspTree {
     const PAYS_BY_ITSELF: bool = false;
+    const LOOKS: u64 = 0;
 
     fn choose(_: &Group<'_>, _: &[u32], cell: &Cell, depth: u32, _: &CostModel) -> Option<Plane> {
         let middle = cell.middle();

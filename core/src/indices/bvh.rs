@@ -105,14 +105,14 @@ impl LocalIndex for Bvh {
         }
         let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
         if options.bvh_build == BvhBuild::Insertion {
-            return bvh_insertion::build(group, options, words, arena).ok_or(full);
+            return bvh_insertion::build(group, options, words, arena, full);
         }
         let ids = arena.take::<u32>(count).ok_or(full)?;
         let other = arena.take::<u32>(count).ok_or(full)?;
         ids.copy_from_slice(group.ids.get(..ids.len()).unwrap_or_default());
         let start = words.len();
         let root = words.push(0);
-        let link = Builder { group, options, words, start }.node(ids, other, 0);
+        let link = Builder { group, options, words, start }.node(ids, other, 0)?;
         words.set(root, link);
         Ok(())
     }
@@ -206,7 +206,11 @@ impl Builder<'_, '_> {
 
     /// Appends the node of some triangles and returns the link to it. `other` is as long as `ids`.
     /// As deep a recursion as the tree, at most 62.
-    fn node(&mut self, ids: &mut [u32], other: &mut [u32], depth: u32) -> u32 {
+    ///
+    /// # Errors
+    /// [`BuildError::TooMuchWork`].
+    fn node(&mut self, ids: &mut [u32], other: &mut [u32], depth: u32) -> Result<u32, BuildError> {
+        self.words.spend(ids.len() as u64)?;
         let mut bounds = Aabb::EMPTY;
         let mut centres = Aabb::EMPTY;
         for &id in ids.iter() {
@@ -227,7 +231,7 @@ impl Builder<'_, '_> {
                 .map(|split| partition(self, &centres, &split, ids, other))
         };
         let Some(middle) = middle.filter(|&middle| 0 < middle && middle < ids.len()) else {
-            return push_leaf(self.words, self.start, ids.iter().copied());
+            return Ok(push_leaf(self.words, self.start, ids.iter().copied()));
         };
 
         let boxes = push_inner(self.words);
@@ -238,10 +242,10 @@ impl Builder<'_, '_> {
             [(below, other_below), (above, other_above)].into_iter().enumerate()
         {
             let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(self.bounds_of(id)));
-            let link = self.node(ids, other, depth + 1);
+            let link = self.node(ids, other, depth + 1)?;
             set_child(self.words, boxes, child, &bounds, link);
         }
-        place
+        Ok(place)
     }
 
     /// The best division, if it is better than a leaf or the leaf would be too large.

@@ -12,10 +12,10 @@ use bytemuck::{Pod, Zeroable};
 
 use super::Group;
 use super::bvh::{MAX_DEPTH, push_inner, push_leaf, set_child};
-use crate::Options;
 use crate::auto::surface;
 use crate::geometry::Aabb;
 use crate::memory::{Arena, Words, size_of_slice};
+use crate::{BuildError, Options};
 
 /// A node being built: an inner node has `links` to two nodes, a leaf to the first and the last of a
 /// list of triangles.
@@ -39,17 +39,21 @@ pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
         .saturating_add(size_of_slice::<u32>(triangle_count))
 }
 
-/// `None` if the scratch is too small.
+/// Inserts the triangles of a group and writes the tree; `full` is the error if the scratch is too small.
+///
+/// # Errors
+/// `full`, and [`BuildError::TooMuchWork`].
 pub(super) fn build(
     group: &Group<'_>,
     options: &Options,
     words: &mut Words<'_>,
     mut arena: Arena<'_>,
-) -> Option<()> {
+    full: BuildError,
+) -> Result<(), BuildError> {
     let count = group.ids.len();
-    let nodes = arena.take::<Node>(node_count(count))?;
+    let nodes = arena.take::<Node>(node_count(count)).ok_or(full)?;
     // The list of a leaf, by place in the group; a leaf has several only where no level is left.
-    let next = arena.take::<u32>(count)?;
+    let next = arena.take::<u32>(count).ok_or(full)?;
     next.fill(NONE);
     let mut tree = Tree { nodes, next, used: 0 };
     // A step coprime to the count, near the golden section of it, visits every place once.
@@ -59,16 +63,18 @@ pub(super) fn build(
     }
     let mut place = 0;
     for _ in 0..count {
-        let id = *group.ids.get(place as usize)?;
-        let bounds = group.triangles.get(id)?.bounds();
-        tree.insert(place as u32, bounds, options)?;
+        let id = group.ids.get(place as usize).copied().unwrap_or(0);
+        let bounds = group.triangles.get(id).unwrap_or_default().bounds();
+        let levels = tree.insert(place as u32, bounds, options).ok_or(full)?;
+        // A step for each box compared on the way down, and for each renewed on the way back.
+        words.spend(2 * levels as u64)?;
         place = (place + step) % count.max(1) as u64;
     }
     let start = words.len();
     let root = words.push(0);
-    let link = write(&tree, 0, group, words, start)?;
+    let link = write(&tree, 0, group, words, start).ok_or(full)?;
     words.set(root, link);
-    Some(())
+    Ok(())
 }
 
 fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
@@ -92,11 +98,12 @@ impl Tree<'_> {
         Some(id as u32)
     }
 
-    fn insert(&mut self, place: u32, bounds: Aabb, options: &Options) -> Option<()> {
+    /// Inserts a triangle, and returns how many nodes there are on the way to it.
+    fn insert(&mut self, place: u32, bounds: Aabb, options: &Options) -> Option<usize> {
         let leaf = Node { bounds, links: [place, place], height: 0 };
         if self.used == 0 {
             self.push(leaf)?;
-            return Some(());
+            return Some(1);
         }
         // 1. Down to where the new triangle costs least: a node around both, or growth further down.
         let mut path = heapless::Vec::<u32, { MAX_DEPTH as usize + 1 }>::new();
@@ -133,7 +140,7 @@ impl Tree<'_> {
             node.bounds = node.bounds.union(bounds);
             node.height = height;
         }
-        Some(())
+        Some(path.len())
     }
 
     /// The child to go down to, or `None` inside if the triangle belongs beside the node itself, which

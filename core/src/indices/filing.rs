@@ -8,16 +8,39 @@
 //! Only the lists on the way down are kept: a child's is gathered behind its parent's, and the next child's
 //! overwrites it. A triangle may be filed in several parts. Links count words from the group's first, with
 //! the highest bit set for a leaf.
+//!
+//! # The bound on references
+//! A tree of `n` triangles has at most `n * allowance` references. The root may have that many; a node hands what it
+//! may have on to its parts, in proportion to the triangles filed in each, and is divided only if the parts may
+//! have what is filed in them. So where triangles lie in one place, which no plane parts, a node becomes a leaf as
+//! soon as its share is used up, wherever else the tree goes on. A level files at most `n * allowance`
+//! references, so a tree of `d` levels takes at most `n * allowance * d` steps.
 
 use super::cell::Cell;
 use super::{Group, Local};
 use crate::auto::{CostModel, Estimate};
 use crate::memory::{Arena, Words, size_of_slice};
-use crate::{BuildError, Triangle};
+use crate::{BuildError, Level, Options, Triangle};
 
 pub(super) const LEAF: u32 = 1 << 31;
 /// Links have 31 bits.
 const MOST_WORDS: usize = 1 << 31;
+
+/// References a triangle that a tree may have whose level is found. The built-in scenes take 1 to 8 in an octree and 1 to 6
+/// in a kd-tree, triangles strewn over a cube 11.
+const ALLOWANCE: u64 = 16;
+/// References a triangle where the level is given, which says how large the tree is meant to be. An octree of level 11
+/// with one triangle a leaf, as in the paper's tables, takes 270 a triangle on figure 4(b), 720 on figure 3.
+const ALLOWANCE_OF_GIVEN_LEVEL: u64 = 4096;
+
+/// The references that a tree of `triangle_count` triangles may have.
+pub(super) fn most_references(triangle_count: usize, options: &Options) -> u64 {
+    let allowance = match options.level {
+        Level::Automatic => ALLOWANCE,
+        Level::AtMost(_) => ALLOWANCE_OF_GIVEN_LEVEL,
+    };
+    allowance.saturating_mul(triangle_count as u64)
+}
 
 /// Room for the lists of `levels` levels below the root, none longer than the one above.
 pub(super) struct Lists<'s> {
@@ -61,6 +84,38 @@ pub(super) struct List {
 impl List {
     pub fn is_empty(self) -> bool {
         self.from == self.to
+    }
+
+    fn len(self) -> usize {
+        self.to - self.from
+    }
+}
+
+/// The parts of a cell that a triangle lies in.
+#[derive(Clone, Copy)]
+pub(super) struct Found {
+    /// One bit for each part.
+    pub mask: u8,
+    /// How often the triangle was looked at to find them: once, and once for each box it was compared with.
+    pub steps: u32,
+}
+
+/// What is filed in the parts of a cell, and what may be below them.
+#[derive(Clone, Copy)]
+pub(super) struct Parts {
+    /// The parts in which something is filed, one bit each.
+    pub mask: u8,
+    /// References in all of them together.
+    references: u64,
+    /// References that all may have together.
+    most_references: u64,
+}
+
+impl Parts {
+    /// The references that a part may have: its share by what is filed in it, and at least that.
+    pub fn share(&self, part: List) -> u64 {
+        let product = u128::from(self.most_references) * part.len() as u128;
+        product.checked_div(u128::from(self.references)).unwrap_or(0) as u64
     }
 }
 
@@ -133,18 +188,36 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         node.place | LEAF
     }
 
-    /// Notes in which parts each triangle lies, one bit a part, and returns all bits together.
-    pub fn mark(&mut self, list: List, mut parts_of: impl FnMut(&Triangle) -> u8) -> u8 {
-        let mut all = 0;
+    /// Notes in which parts each triangle lies, one bit a part. `None` if the node is not to be divided, since there
+    /// would be more references than it may have.
+    ///
+    /// # Errors
+    /// [`BuildError::TooMuchWork`].
+    pub fn mark(
+        &mut self,
+        list: List,
+        most_references: u64,
+        mut parts_of: impl FnMut(&Triangle) -> Found,
+    ) -> Result<Option<Parts>, BuildError> {
+        let mut mask = 0;
+        // Each triangle lies in one part at least, so what there will be at least is known from the beginning.
+        let mut references = list.len() as u64;
         for at in list.from..list.to {
+            if references > most_references {
+                return Ok(None);
+            }
             let id = self.lists.ids.get(at).copied().unwrap_or(0);
-            let parts = self.group.triangles.get(id).map_or(0, |triangle| parts_of(&triangle));
-            all |= parts;
+            let Some(triangle) = self.group.triangles.get(id) else { continue };
+            let found = parts_of(&triangle);
+            self.words.spend(u64::from(found.steps))?;
+            mask |= found.mask;
+            references += u64::from(found.mask.count_ones()).saturating_sub(1);
             if let Some(slot) = self.lists.parts.get_mut(at) {
-                *slot = parts;
+                *slot = found.mask;
             }
         }
-        all
+        let parts = Parts { mask, references, most_references };
+        Ok((references <= most_references).then_some(parts))
     }
 
     /// Gathers the triangles of one part behind the list.

@@ -6,7 +6,7 @@
 
 use super::cell::Cell;
 use super::plane_tree::{Division, Plane, PlaneTree};
-use super::split_cost::{Axis, best_split};
+use super::split_cost::{Axis, SPLIT_LOOKS, best_split};
 use super::{Group, forward_local_index};
 use crate::auto::CostModel;
 
@@ -15,6 +15,7 @@ pub enum KdTree {}
 
 impl Division for KdTree {
     const PAYS_BY_ITSELF: bool = true;
+    const LOOKS: u64 = 3 * SPLIT_LOOKS;
 
     fn choose(
         group: &Group<'_>,

@@ -30,6 +30,7 @@ impl LocalIndex for Linear {
         words: &mut Words<'_>,
         _: &mut [u8],
     ) -> Result<(), BuildError> {
+        words.spend(group.ids.len() as u64)?;
         words.extend(group.ids);
         Ok(())
     }

@@ -32,9 +32,9 @@ use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
 use super::cell::Cell;
-use super::filing::{Filing, LEAF, List, Lists, check_leaf};
+use super::filing::{Filing, Found, LEAF, List, Lists, check_leaf, most_references};
 use super::{Group, Local, Statistics};
-use crate::auto::{CostModel, best_level};
+use crate::auto::{CostModel, best_level, search_steps};
 use crate::geometry::{AxisCrossing, RaySpan, Span, may_overlap};
 use crate::memory::Words;
 use crate::query::Query;
@@ -59,6 +59,8 @@ pub(super) type Planes = [Option<f64>; 3];
 pub(super) trait Division {
     /// Bits of an inner node's first word that say which axes are divided; 0 if all always are.
     const AXES: u32;
+    /// How often choosing planes looks at each triangle.
+    const LOOKS: u64;
 
     /// The planes for a cell that holds some triangles, strictly inside it; all `None` for a leaf.
     fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes;
@@ -88,16 +90,23 @@ impl<D: Division> Octants<D> {
     ) -> Result<(), BuildError> {
         let mut lists = Lists::new(group, levels_at_most(options), scratch)?;
         let (root, model) = (Cell::root(&group.bounds), options.cost_model());
+        let most_references = most_references(group.ids.len(), options);
         let mut attempt = |most_level: u32, words: &mut Words<'_>| {
             Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
                 let division = PhantomData;
-                Builder::<D> { filing, options, most_level, division }.node(list, root, 0)
+                Builder::<D> { filing, options, most_level, division }.node(
+                    list,
+                    root,
+                    0,
+                    most_references,
+                )
             })
         };
         let level = match options.level {
             Level::AtMost(level) => level,
             Level::Automatic => {
-                best_level(MAX_AUTOMATIC_LEVEL, |level| attempt(level, &mut Words::new(&mut [])))?
+                let budget = search_steps(group.ids.len(), D::LOOKS);
+                best_level(MAX_AUTOMATIC_LEVEL, budget, words, &mut attempt)?
             }
         };
         attempt(level, words)?;
@@ -300,19 +309,32 @@ fn flipped(mask: u32, sign_mask: usize) -> u32 {
 
 impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
     /// Appends the node of a list and returns the link to it. As deep a recursion as levels, at most 21.
-    fn node(&mut self, list: List, cell: Cell, level: u32) -> Result<u32, BuildError> {
+    fn node(
+        &mut self,
+        list: List,
+        cell: Cell,
+        level: u32,
+        most_references: u64,
+    ) -> Result<u32, BuildError> {
         let node = self.filing.begin(list, &cell)?;
         let ids = self.filing.ids(list);
         let few = ids.len() <= self.options.leaf_capacity as usize;
         let planes = if few || level >= self.most_level {
             [None; 3]
         } else {
+            let count = ids.len() as u64;
+            self.filing.words.spend(D::LOOKS * count)?;
+            let ids = self.filing.ids(list);
             D::choose(self.filing.group, ids, &cell, &self.options.cost_model())
         };
         if planes == [None; 3] {
             return Ok(self.filing.leaf(node));
         }
-        let mask = self.filing.mark(list, |triangle| octants_of(triangle, &cell, &planes));
+        let octants = |triangle: &Triangle| octants_of(triangle, &cell, &planes);
+        let Some(parts) = self.filing.mark(list, most_references, octants)? else {
+            return Ok(self.filing.leaf(node));
+        };
+        let mask = parts.mask;
 
         // The node, with links to be filled in; then each child.
         let mut axes = 0;
@@ -332,15 +354,16 @@ impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
         let present = (0..8).filter(|octant| mask >> octant & 1 == 1);
         for (link_place, octant) in (links..).zip(present) {
             let part = self.filing.gather(list, octant);
-            let link = self.node(part, cell.child(&planes, octant), level + 1)?;
+            let child = cell.child(&planes, octant);
+            let link = self.node(part, child, level + 1, parts.share(part))?;
             self.filing.words.set(link_place, link);
         }
         Ok(node.place)
     }
 }
 
-/// One bit for each octant in which a triangle is to be filed.
-fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> u8 {
+/// The octants in which a triangle is to be filed.
+fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Found {
     let bounds = triangle.bounds();
     let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
     // What only touches a plane from one side is filed on that side, what lies in it in the lower half,
@@ -354,8 +377,9 @@ fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> u8 {
         octants &= if lower { 0xff } else { UPPER[axis] };
     }
     if octants.is_power_of_two() {
-        return octants;
+        return Found { mask: octants, steps: 1 };
     }
+    let steps = 1 + octants.count_ones();
     for octant in 0..8 {
         if octants >> octant & 1 == 1 {
             let child = cell.child(planes, octant);
@@ -364,5 +388,5 @@ fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> u8 {
             }
         }
     }
-    octants
+    Found { mask: octants, steps }
 }

@@ -15,6 +15,7 @@ pub enum Octree {}
 
 impl Division for Octree {
     const AXES: u32 = 0;
+    const LOOKS: u64 = 0;
 
     fn choose(_: &Group<'_>, _: &[u32], cell: &Cell, _: &CostModel) -> Planes {
         let middle = cell.middle();

@@ -10,7 +10,7 @@
 
 use super::cell::Cell;
 use super::octants::{Division, Octants, Planes};
-use super::split_cost::{Axis, best_split};
+use super::split_cost::{Axis, SPLIT_LOOKS, best_split};
 use super::{Group, Local, forward_local_index};
 use crate::auto::CostModel;
 
@@ -19,6 +19,7 @@ pub enum OctreeR {}
 
 impl Division for OctreeR {
     const AXES: u32 = 0b111 << 8;
+    const LOOKS: u64 = 3 * SPLIT_LOOKS;
 
     fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes {
         let mut planes = [None; 3];

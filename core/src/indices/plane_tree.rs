@@ -18,10 +18,10 @@ use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
 use super::cell::Cell;
-use super::filing::{Filing, LEAF, List, Lists, check_leaf};
+use super::filing::{Filing, Found, LEAF, List, Lists, check_leaf, most_references};
 use super::near_first::walk_near_first;
 use super::{Group, Local, Statistics};
-use crate::auto::{CostModel, best_level};
+use crate::auto::{CostModel, best_level, search_steps};
 use crate::geometry::{RaySpan, Span, may_overlap};
 use crate::memory::Words;
 use crate::query::Query;
@@ -46,6 +46,8 @@ pub(super) trait Division {
     /// Whether a division is only made if it pays by itself. Else, where the level is found
     /// automatically, it is found for the whole tree.
     const PAYS_BY_ITSELF: bool;
+    /// How often choosing a plane looks at each triangle.
+    const LOOKS: u64;
 
     /// The plane for a cell that holds some triangles, strictly inside it; `None` for a leaf.
     fn choose(
@@ -89,20 +91,27 @@ impl<D: Division> PlaneTree<D> {
         let mut lists = Lists::new(group, most_depth as usize, scratch)?;
         let (root, model) = (Cell::of(&group.bounds), options.cost_model());
         let automatic = options.level == Level::Automatic;
+        let most_references = most_references(group.ids.len(), options);
         // Where each division has to pay for itself, the capacity has nothing to add.
         let leaf_capacity = if automatic && D::PAYS_BY_ITSELF { 1 } else { options.leaf_capacity };
         let mut attempt = |most_depth: u32, words: &mut Words<'_>| {
             Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
                 let model = &model;
                 let division = PhantomData;
-                Builder::<D> { filing, model, leaf_capacity, most_depth, division }
-                    .node(list, root, 0)
+                Builder::<D> { filing, model, leaf_capacity, most_depth, division }.node(
+                    list,
+                    root,
+                    0,
+                    most_references,
+                )
             })
         };
         let depth = if automatic && !D::PAYS_BY_ITSELF {
             let most_level = most_depth / DIVISIONS_PER_LEVEL;
-            let cost_at = |level| attempt(level * DIVISIONS_PER_LEVEL, &mut Words::new(&mut []));
-            best_level(most_level, cost_at)? * DIVISIONS_PER_LEVEL
+            let mut at_level =
+                |level: u32, words: &mut Words<'_>| attempt(level * DIVISIONS_PER_LEVEL, words);
+            let budget = search_steps(group.ids.len(), D::LOOKS);
+            best_level(most_level, budget, words, &mut at_level)? * DIVISIONS_PER_LEVEL
         } else {
             most_depth
         };
@@ -193,7 +202,13 @@ struct Builder<'f, 'b, 'g, 's, 'w, D> {
 
 impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
     /// Appends the node of a list and returns the link to it. As deep a recursion as the tree, at most 60.
-    fn node(&mut self, list: List, cell: Cell, depth: u32) -> Result<u32, BuildError> {
+    fn node(
+        &mut self,
+        list: List,
+        cell: Cell,
+        depth: u32,
+        most_references: u64,
+    ) -> Result<u32, BuildError> {
         if list.is_empty() {
             return Ok(EMPTY);
         }
@@ -203,6 +218,9 @@ impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
         let plane = if few || depth >= self.most_depth {
             None
         } else {
+            let count = ids.len() as u64;
+            self.filing.words.spend(D::LOOKS * count)?;
+            let ids = self.filing.ids(list);
             D::choose(self.filing.group, ids, &cell, depth, self.model)
         };
         let Some(plane) = plane else {
@@ -210,22 +228,25 @@ impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
         };
 
         let halves = cell.halves(plane.axis, f64::from(plane.at));
-        self.filing.mark(list, |triangle| sides_of(triangle, plane, &halves));
+        let sides = |triangle: &Triangle| sides_of(triangle, plane, &halves);
+        let Some(parts) = self.filing.mark(list, most_references, sides)? else {
+            return Ok(self.filing.leaf(node));
+        };
         self.filing.words.push(plane.axis as u32);
         self.filing.words.push(plane.at.to_bits());
         let links = self.filing.words.push(EMPTY);
         self.filing.words.push(EMPTY);
         for (side, half, link_place) in [(LOWER, halves[0], links), (UPPER, halves[1], links + 1)] {
             let part = self.filing.gather(list, side);
-            let link = self.node(part, half, depth + 1)?;
+            let link = self.node(part, half, depth + 1, parts.share(part))?;
             self.filing.words.set(link_place, link);
         }
         Ok(node.place)
     }
 }
 
-/// On which sides of a plane a triangle is to be filed, one bit each.
-fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> u8 {
+/// The sides of a plane on which a triangle is to be filed.
+fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Found {
     let bounds = triangle.bounds();
     let (lo, hi) = match plane.axis {
         0 => (bounds.lo.x, bounds.hi.x),
@@ -235,9 +256,9 @@ fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> u8 {
     let upper = hi > plane.at;
     let lower = !upper || lo < plane.at;
     if !(upper && lower) {
-        return if upper { 1 << UPPER } else { 1 << LOWER };
+        return Found { mask: if upper { 1 << UPPER } else { 1 << LOWER }, steps: 1 };
     }
     let [below, above] = halves;
     let reaches = |half: &Cell| u8::from(may_overlap(triangle, half.lo, half.hi));
-    reaches(below) << LOWER | reaches(above) << UPPER
+    Found { mask: reaches(below) << LOWER | reaches(above) << UPPER, steps: 3 }
 }

@@ -181,6 +181,23 @@ macro_rules! registry {
                 }
             }
 
+            pub(crate) fn build_counted<'a>(
+                self,
+                scene: &Scene<'a>,
+                options: &Options,
+                arena: &'a mut [u8],
+                scratch: &mut [u8],
+                executor: &impl Executor,
+                steps: &mut u64,
+            ) -> Result<AnyIndex<'a>, BuildError> {
+                match self {
+                    $(Self::$variant => {
+                        Index::build_counted(scene, options, arena, scratch, executor, steps)
+                            .map(AnyIndex::$variant)
+                    })*
+                }
+            }
+
             /// See [`Index::from_bytes`].
             ///
             /// # Errors

@@ -1,18 +1,54 @@
-//! Where a local index writes itself: a run of `u32` words.
+//! The words that a local index writes, and the steps that its build takes.
+
+use crate::BuildError;
 
 /// A growing run of words that goes on counting where the memory ends.
 ///
 /// Building into too little memory, or none, is therefore a dry run: `len` says how much was needed.
 /// A builder must not read back what it wrote.
+///
+/// A builder also [spends](Words::spend) a step for each triangle that it looks at, so that the work of a build is
+/// a number that is the same on every machine, and can be limited.
 pub struct Words<'a> {
     slots: &'a mut [u32],
     len: usize,
+    steps: u64,
+    most_steps: u64,
 }
 
 impl<'a> Words<'a> {
-    /// An empty run that may fill `slots`.
+    /// An empty run that may fill `slots`, in any number of steps.
     pub fn new(slots: &'a mut [u32]) -> Self {
-        Self { slots, len: 0 }
+        Self::limited(slots, u64::MAX)
+    }
+
+    /// An empty run that may fill `slots` in at most `most_steps` steps.
+    pub fn limited(slots: &'a mut [u32], most_steps: u64) -> Self {
+        Self { slots, len: 0, steps: 0, most_steps }
+    }
+
+    /// Counts steps: one for each triangle looked at.
+    ///
+    /// # Errors
+    /// [`BuildError::TooMuchWork`] if there are more than allowed.
+    #[inline]
+    pub fn spend(&mut self, steps: u64) -> Result<(), BuildError> {
+        self.steps = self.steps.saturating_add(steps);
+        if self.steps <= self.most_steps {
+            Ok(())
+        } else {
+            Err(BuildError::TooMuchWork { limit: self.most_steps })
+        }
+    }
+
+    /// Steps counted so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Steps that are left.
+    pub fn steps_left(&self) -> u64 {
+        self.most_steps.saturating_sub(self.steps)
     }
 
     /// Words written so far, or that would have been.

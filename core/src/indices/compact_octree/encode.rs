@@ -22,7 +22,7 @@ pub(super) fn build<F: Form>(
     if triangles.is_empty() {
         return Ok(());
     }
-    let sorted = sort(&division, scratch, executor)?;
+    let sorted = sort(&division, words, scratch, executor)?;
     let head = words.len();
     words.extend(&[0; HEAD_WORDS]);
     let (link, _) =

@@ -14,7 +14,7 @@ mod walk;
 
 use core::ops::ControlFlow;
 
-use resolution::{cells_asked_for, cells_at_most, cheapest_cells};
+use resolution::{bounded, cells_asked_for, cells_at_most, cheapest_cells};
 use walk::{Axis, walk};
 
 use super::{Group, Local, LocalIndex, Statistics};
@@ -57,13 +57,32 @@ impl<'g> Grid<'g> {
         Self { group, axes: Axis::all(&group.bounds, cells), cells }
     }
 
+    /// The first and the last cell on each axis that the box of a triangle reaches into.
+    fn cells_of(&self, triangle: &Triangle) -> [(u32, u32); 3] {
+        let bounds = triangle.bounds();
+        let [x, y, z] = &self.axes;
+        [
+            x.cells_of(bounds.lo.x, bounds.hi.x),
+            y.cells_of(bounds.lo.y, bounds.hi.y),
+            z.cells_of(bounds.lo.z, bounds.hi.z),
+        ]
+    }
+
+    /// The steps of filing the triangles once: one for each cell that a triangle's box reaches into. Cost: a look at
+    /// each triangle.
+    fn steps(&self) -> u64 {
+        let cells = |triangle: &Triangle| {
+            let sides = self.cells_of(triangle).map(|(first, last)| u64::from(last - first) + 1);
+            // Below 2^48: at most 2^16 cells on an axis.
+            sides.into_iter().product::<u64>()
+        };
+        triangles_of(self.group).map(|(_, triangle)| cells(&triangle)).fold(0, u64::saturating_add)
+    }
+
     /// Shows every cell in which a triangle is filed.
     fn for_each_cell(&self, triangle: &Triangle, mut show: impl FnMut(usize)) {
-        let bounds = triangle.bounds();
         let [ax, ay, az] = &self.axes;
-        let (x0, x1) = ax.cells_of(bounds.lo.x, bounds.hi.x);
-        let (y0, y1) = ay.cells_of(bounds.lo.y, bounds.hi.y);
-        let (z0, z1) = az.cells_of(bounds.lo.z, bounds.hi.z);
+        let [(x0, x1), (y0, y1), (z0, z1)] = self.cells_of(triangle);
         let single = (x0, y0, z0) == (x1, y1, z1);
         let [nx, ny, _] = self.cells.map(|n| n as usize);
         for z in z0..=z1 {
@@ -91,8 +110,9 @@ impl<'g> Grid<'g> {
         }
     }
 
-    /// Appends the grid to `words`; `next` is room for a word for each cell.
+    /// Appends the grid to `words`, in twice as many [`steps`](Grid::steps); `next` is room for a word for each cell.
     fn write(&self, next: &mut [u32], words: &mut Words<'_>) -> Result<(), BuildError> {
+        words.spend(self.steps().saturating_mul(2))?;
         // 1. Count the references of each cell, and sum up.
         self.count(next);
         words.extend(&self.cells);
@@ -151,14 +171,14 @@ impl LocalIndex for UniformGrid {
         let full = BuildError::ScratchFull { needed, given: scratch.len() };
         let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
         let room = arena.take::<u32>(room).ok_or(full)?;
-        let cells = if let Some(cells) = asked_for {
-            cells
+        let grid = if let Some(cells) = asked_for {
+            bounded(group, cells)
         } else {
             let rays = arena.take::<Tried>(ray_count(group.ids.len())).ok_or(full)?;
-            cheapest_cells(group, &options.cost_model(), room, rays)
+            let cells = cheapest_cells(group, &options.cost_model(), room, rays, words)?;
+            Grid::new(group, cells)
         };
-        let grid = Grid::new(group, cells);
-        let next = room.get_mut(..cell_count(cells)).ok_or(full)?;
+        let next = room.get_mut(..cell_count(grid.cells)).ok_or(full)?;
         grid.write(next, words)
     }
 

@@ -10,13 +10,13 @@ use core::ops::ControlFlow;
 
 use super::walk::walk;
 use super::{Grid, MOST_CELLS_ON_AXIS, UniformGrid, cell_count, triangles_of};
-use crate::Options;
-use crate::auto::{CostModel, Trial, Tried};
+use crate::auto::{CostModel, Trial, Tried, search_steps};
 use crate::geometry::Aabb;
 use crate::indices::{Group, Local, LocalIndex};
 use crate::memory::Words;
 use crate::query::Query;
 use crate::scene::Resolution;
+use crate::{BuildError, Options};
 
 /// Densities tried by the automatic resolution, in cells per triangle, from here on a factor of
 /// `DENSITY_STEP` apart. With a factor of 2, figure 2 cost 15% more.
@@ -89,10 +89,30 @@ pub(super) fn cells_asked_for(group: &Group<'_>, options: &Options) -> Option<[u
     }
 }
 
+/// Steps of filing, a triangle and a cell, that a grid of given resolution may take; see [`bounded`].
+const STEPS_A_TRIANGLE: u64 = 4096;
+const STEPS_A_CELL: u64 = 8;
+
+/// A grid of as many cells as asked for; or of half as many on each axis, and so on, where the boxes of the
+/// triangles reach into so many that filing them would take more than 4,096 steps a triangle and 8 a cell.
+pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g> {
+    loop {
+        let grid = Grid::new(group, cells);
+        let most = STEPS_A_TRIANGLE
+            .saturating_mul(group.ids.len() as u64)
+            .saturating_add(STEPS_A_CELL.saturating_mul(cell_count(cells) as u64));
+        if grid.steps() <= most || cells == [1; 3] {
+            return grid;
+        }
+        cells = cells.map(|n| (n / 2).max(1));
+    }
+}
+
 /// The cells along each axis with which some rays cost least; `room` is for the most cells there may be.
 ///
-/// From coarse to fine until it is hopeless; the cost goes up and down where planes and triangles are in step. So
-/// the work is dominated by the last steps, and triangles that lie in one place do not fill fine grids.
+/// From coarse to fine until it is hopeless, or would take the search beyond its budget; the cost goes up and down
+/// where planes and triangles are in step. So the work is dominated by the last grids, and triangles that lie in one
+/// place do not fill fine ones.
 ///
 /// A model to which all cells are alike, entered with the ratio of the surfaces, lost to counting: the grid hierarchy
 /// of figure 3 cost 61% more than the best density, because rays end in cells that hold something; with counting it
@@ -102,8 +122,23 @@ pub(super) fn cheapest_cells(
     model: &CostModel,
     room: &mut [u32],
     rays: &mut [Tried],
+    words: &mut Words<'_>,
+) -> Result<[u32; 3], BuildError> {
+    // As if it were a build of its own, which ends where the budget does.
+    let mut budget = Words::limited(&mut [], search_steps(group.ids.len(), 0));
+    let cells = search(group, model, room, rays, &mut budget);
+    words.spend(budget.steps())?;
+    Ok(cells)
+}
+
+fn search(
+    group: &Group<'_>,
+    model: &CostModel,
+    room: &mut [u32],
+    rays: &mut [Tried],
+    budget: &mut Words<'_>,
 ) -> [u32; 3] {
-    let trial = try_rays(group, room, rays);
+    let trial = try_rays(group, room, rays, budget);
     let mut best = (f64::INFINITY, [1; 3]);
     let mut last = [0; 3];
     let mut density = LEAST_DENSITY;
@@ -116,6 +151,14 @@ pub(super) fn cheapest_cells(
         last = cells;
         let grid = Grid::new(group, cells);
         let Some(counts) = room.get_mut(..cell_count(cells)) else { break };
+        // Looking at the triangles tells what filing them takes; the chosen grid is counted and written, too.
+        let steps = grid.steps();
+        if steps.saturating_mul(3) > budget.steps_left() {
+            break;
+        }
+        if budget.spend(steps.saturating_add(group.ids.len() as u64)).is_err() {
+            break;
+        }
         grid.count(counts);
         let cost = trial.cost(model, |ray, span, query| {
             // The query only counts: it never ends the walk.
@@ -135,19 +178,28 @@ pub(super) fn cheapest_cells(
 }
 
 /// Finds out where rays end, with the finest of a few grids for which there is room.
-fn try_rays<'r>(group: &Group<'_>, room: &mut [u32], rays: &'r mut [Tried]) -> Trial<'r> {
-    let mut words: &[u32] = &[];
+fn try_rays<'r>(
+    group: &Group<'_>,
+    room: &mut [u32],
+    rays: &'r mut [Tried],
+    budget: &mut Words<'_>,
+) -> Trial<'r> {
+    let (mut words, mut spent): (&[u32], u64) = (&[], 0);
     let mut density = 1.0;
     loop {
         let cells = cells_for(&group.bounds, group.ids.len(), density);
         let grid = Grid::new(group, cells);
-        if let Some((next, rest)) = room.split_at_mut_checked(cell_count(cells)) {
+        let steps = grid.steps();
+        if steps.saturating_mul(TRIES) <= budget.steps_left()
+            && let Some((next, rest)) = room.split_at_mut_checked(cell_count(cells))
+        {
             let most = rest.len();
             let mut written = Words::new(rest);
             if grid.write(next, &mut written).is_ok() && written.len() <= most {
                 let len = written.len();
                 words =
                     room.get(cell_count(cells)..).and_then(|rest| rest.get(..len)).unwrap_or(&[]);
+                spent = steps.saturating_mul(2);
                 break;
             }
         }
@@ -158,9 +210,17 @@ fn try_rays<'r>(group: &Group<'_>, room: &mut [u32], rays: &'r mut [Tried]) -> T
     }
     let local = Local { triangles: group.triangles, bounds: group.bounds, words };
     let triangles = triangles_of(group).map(|(_, triangle)| triangle);
-    Trial::new(triangles, &group.bounds, group.rays, rays, |ray, span, query| {
-        // The closest hit never ends the walk.
-        let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            UniformGrid::traverse(&local, ray, span, query);
-    })
+    let most_tests = budget.steps_left() / TRIES;
+    let trial =
+        Trial::new(triangles, &group.bounds, group.rays, rays, most_tests, |ray, span, query| {
+            // The closest hit never ends the walk.
+            let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
+                UniformGrid::traverse(&local, ray, span, query);
+        });
+    // Within the budget: an eighth for the grid, one for the rays but the last.
+    let _ = budget.spend(spent.saturating_add(trial.steps()));
+    trial
 }
+
+/// Finding out where rays end may take this part of the budget for the grid, and again for the rays.
+const TRIES: u64 = 8;

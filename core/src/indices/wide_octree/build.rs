@@ -39,7 +39,7 @@ pub(super) fn build(
     if count == 0 {
         return Ok(());
     }
-    let Sorted { root, largest } = sort(&division, scratch, executor)?;
+    let Sorted { root, largest } = sort(&division, words, scratch, executor)?;
     let rows = HEAD_ROWS.saturating_add(root.rows());
     if let Some(words) = words.append(rows as usize * LANES) {
         let rows = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
@@ -57,13 +57,23 @@ pub(in crate::indices) struct Sorted<'s> {
 }
 
 /// The first pass, in `scratch_bytes` of scratch.
+///
+/// # Errors
+/// [`BuildError::ScratchFull`], [`BuildError::Misaligned`], [`BuildError::TooMuchWork`].
 pub(in crate::indices) fn sort<'s>(
     division: &Division<'_>,
+    words: &mut Words<'_>,
     scratch: &'s mut [u8],
     executor: &impl Executor,
 ) -> Result<Sorted<'s>, BuildError> {
     let Division { triangles, clusters, ref nodes, .. } = *division;
     let count = triangles.len();
+    // No tree takes less than one that is balanced. What it takes is known at the end, since branches know nothing of
+    // each other; it is bounded by the depth.
+    let least = count as u64 * u64::from((count / LANES).checked_ilog2().unwrap_or(0) + 1);
+    if least > words.steps_left() {
+        words.spend(least)?;
+    }
     let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
     let items = arena.take::<Item>(count).ok_or(full)?;
@@ -74,6 +84,7 @@ pub(in crate::indices) fn sort<'s>(
     let place = divider.root(items);
     let largest = divider.bounds(&place).largest_coordinate();
     let forest = Sorter { divider, executor }.sort(items, splits, 0, &place);
+    words.spend(forest.steps)?;
     Ok(Sorted { root: Subtree::root(items, splits, &forest), largest })
 }
 
@@ -115,7 +126,8 @@ impl<E: Executor> Sorter<'_, E> {
             || self.sort(items.0, halves.0, from, &places[0]),
             || self.sort(items.1, halves.1, at, &places[1]),
         );
-        let (forest, split) = Forest::join(&left, &right, at, surface);
+        let (mut forest, split) = Forest::join(&left, &right, at, surface);
+        forest.steps += count as u64;
         if let Some(slot) = splits.get_mut(length) {
             *slot = split;
         }

@@ -51,13 +51,15 @@ pub(super) struct Forest {
     leaves: [LeafCounts; LANES],
     /// Where it is divided; 0 for a leaf.
     at: u32,
+    /// How often an item was looked at to divide it.
+    pub steps: u64,
 }
 
 impl Forest {
     /// Of a leaf of so many items.
     pub fn leaf(count: usize) -> Self {
         let leaves = [LeafCounts::one(count); LANES];
-        Self { costs: [0.0; LANES], rows: [0; LANES], leaves, at: 0 }
+        Self { costs: [0.0; LANES], rows: [0; LANES], leaves, at: 0, steps: count as u64 }
     }
 
     /// Of a part that is divided at the item `at`, in a box with so large a surface.
@@ -93,6 +95,7 @@ impl Forest {
             rows: [rows; LANES],
             leaves: [LeafCounts::NONE; LANES],
             at,
+            steps: left.steps + right.steps,
         };
         for more in 1..LANES {
             let (cost, share) = divided(more + 1);

@@ -1,0 +1,110 @@
+//! Builds end: in work and memory bounded by a multiple of n log n, wherever the triangles lie.
+//!
+//! Work is counted in steps, looks at a triangle, so these are no timed tests.
+
+use arboleda::{
+    Block, BuildError, Capacity, IndexKind, Level, Options, Resolution, Scene, Triangle,
+};
+use arboleda_tests::build::Built;
+use arboleda_tests::{checks, crowds, rays, scenes};
+
+fn capacity(
+    kind: IndexKind,
+    triangles: &[Triangle],
+    options: &Options,
+) -> Result<Capacity, BuildError> {
+    let bytes = kind.scratch_capacity(triangles.len(), options);
+    let mut scratch = vec![Block::ZERO; Block::count(bytes)];
+    kind.capacity(&Scene::new(triangles), options, Block::bytes(&mut scratch))
+}
+
+/// The steps of a build with the level and the resolution found.
+fn steps(kind: IndexKind, triangles: &[Triangle]) -> u64 {
+    capacity(kind, triangles, &Options::default()).unwrap().steps
+}
+
+/// Three times the work for as many triangles strewn over a cube is never exceeded.
+#[test]
+fn crowds_cost_no_more_than_three_times_a_benign_scene() {
+    const COUNT: usize = 4_000;
+    let benign = scenes::soup(COUNT, 3);
+    for &kind in IndexKind::ALL {
+        let most = 3 * steps(kind, &benign);
+        for (name, crowd) in crowds::ALL {
+            let steps = steps(kind, &crowd(COUNT));
+            assert!(steps <= most, "{}, {name}: {steps} of {most}", kind.name());
+        }
+    }
+}
+
+/// Work over `n log2 n` does not grow with `n`.
+#[test]
+fn work_grows_no_faster_than_n_log_n() {
+    let per_n_log_n = |kind, triangles: &[Triangle]| {
+        let count = triangles.len() as f64;
+        steps(kind, triangles) as f64 / (count * count.log2())
+    };
+    for &kind in IndexKind::ALL {
+        for (name, crowd) in crowds::ALL {
+            let [few, many] = [500, 8_000].map(|count| per_n_log_n(kind, &crowd(count)));
+            // 16 for a search of a level or a resolution, 40 where planes are chosen by cost, and the tree itself.
+            assert!(few < 80.0 && many < 80.0, "{}, {name}: {few}, {many}", kind.name());
+        }
+    }
+}
+
+/// No triangle is filed in more than 16 places, on the average, where the level is found.
+#[test]
+fn references_are_bounded() {
+    for &kind in IndexKind::ALL {
+        for (name, crowd) in crowds::ALL {
+            let triangles = crowd(1_000);
+            let built = Built::new(kind, &Scene::new(&triangles), &Options::default()).unwrap();
+            let references = built.index().check().unwrap().references;
+            assert!(references <= 70 * 1_000, "{}, {name}: {references}", kind.name());
+            if !kind.name().contains("grid") {
+                assert!(references <= 16 * 1_000, "{}, {name}: {references}", kind.name());
+            }
+        }
+    }
+}
+
+/// A deep level asked for is taken at its word only as far as it divides something.
+#[test]
+fn given_levels_and_resolutions_end() {
+    let deepest = Options { level: Level::AtMost(20), leaf_capacity: 1, ..Options::default() };
+    let finest = Options { resolution: Resolution::Cells([200; 3]), ..Options::default() };
+    for (name, crowd) in crowds::ALL {
+        let triangles = crowd(30);
+        for kind in [IndexKind::Octree, IndexKind::OctreeR, IndexKind::BspTree, IndexKind::KdTree] {
+            let steps = capacity(kind, &triangles, &deepest).unwrap().steps;
+            // 4,096 references a triangle, each looked at up to 16 times at each of up to 60 divisions.
+            assert!(steps < 30 * 4096 * 16 * 60, "{}, {name}: {steps}", kind.name());
+        }
+        let grid = capacity(IndexKind::UniformGrid, &triangles, &finest).unwrap().steps;
+        assert!(grid <= 2 * (30 * 4096 + 8 * 200 * 200 * 200), "{name}: {grid}");
+    }
+}
+
+/// Whoever limits the work gets an error or an index, and the limit is exact.
+#[test]
+fn the_work_limit_is_kept() {
+    let triangles = crowds::planes_through_a_point(300);
+    for &kind in IndexKind::ALL {
+        let needed = steps(kind, &triangles);
+        let limited = |limit| Options { work_limit: Some(limit), ..Options::default() };
+        assert_eq!(capacity(kind, &triangles, &limited(needed)).unwrap().steps, needed);
+        let refused = capacity(kind, &triangles, &limited(needed - 1)).unwrap_err();
+        assert_eq!(refused, BuildError::TooMuchWork { limit: needed - 1 }, "{}", kind.name());
+    }
+}
+
+/// Every index answers on such scenes as the linear scan does.
+#[test]
+fn crowds_are_answered_exactly() {
+    for (_, crowd) in crowds::ALL {
+        let triangles = crowd(100);
+        let asked = rays::around(&triangles, 20, 11);
+        checks::every_index_equals_linear(&triangles, &asked, &Options::default());
+    }
+}
