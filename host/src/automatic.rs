@@ -9,16 +9,17 @@ const BYTES_PER_TRIANGLE: usize = 1024;
 /// Room for the smallest scenes.
 const LEAST_BYTES: usize = 1 << 20;
 
-/// Chooses among the usual indices; see [`arboleda::auto::select`].
+/// Chooses among the usual indices; see [`arboleda::auto::select`]. Memory that no candidate touches costs nothing: it
+/// comes zeroed from the system.
 ///
 /// # Errors
 /// As there.
 pub fn select_index(scene: &Scene<'_>, options: &Options) -> Result<Selection, BuildError> {
     let count = scene.triangles().len();
     let scratch_bytes = USUAL.iter().map(|kind| kind.scratch_capacity(count, options)).max();
-    let mut scratch = vec![Block::ZERO; Block::count(scratch_bytes.unwrap_or(0))];
+    let mut scratch = bytemuck::zeroed_vec(Block::count(scratch_bytes.unwrap_or(0)));
     let arena_bytes = LEAST_BYTES + count * BYTES_PER_TRIANGLE;
-    let mut arena = vec![Block::ZERO; Block::count(arena_bytes)];
+    let mut arena = bytemuck::zeroed_vec(Block::count(arena_bytes));
     let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
     select(scene, options, USUAL, arena, scratch)
 }

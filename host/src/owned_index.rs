@@ -39,10 +39,10 @@ impl OwnedIndex {
         executor: &impl Executor,
     ) -> Result<Self, BuildError> {
         let scratch_bytes = kind.scratch_capacity(scene.triangles().len(), options);
-        let mut scratch = vec![Block::ZERO; Block::count(scratch_bytes)];
+        let mut scratch = bytemuck::zeroed_vec(Block::count(scratch_bytes));
         let scratch = Block::bytes(&mut scratch);
         let bytes = kind.capacity_with(scene, options, scratch, executor)?.index;
-        let mut blocks = vec![Block::ZERO; Block::count(bytes)];
+        let mut blocks = bytemuck::zeroed_vec(Block::count(bytes));
         let start = Instant::now();
         kind.build_with(scene, options, Block::bytes(&mut blocks), scratch, executor)?;
         let build_seconds = start.elapsed().as_secs_f64();

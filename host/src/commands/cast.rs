@@ -75,7 +75,7 @@ impl Cast {
         let model = self.scene.load()?;
         let step = rays.len().div_ceil(SAMPLE_RAYS).max(1);
         let some: Vec<Ray> = rays.iter().step_by(step).filter_map(|ray| ray.ok()).collect();
-        let scene = self.build.scene(&model).rays(&some);
+        let scene = self.build.scene(&model).rays(&some).expecting(rays.len() as u64);
         let kinds = self.index.kinds(&scene, &self.build.options())?;
         for &kind in &kinds {
             let owned =

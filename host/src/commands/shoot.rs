@@ -91,6 +91,8 @@ impl Shoot {
             .then(|| RaySet::shoot(&model, SAMPLE_PHOTONS.min(self.photons), self.seed).ok());
         let sample = sample.flatten();
         let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], RaySet::sample));
+        // A photon's first ray and, with the usual reflectances, one bounce.
+        let scene = scene.expecting(self.photons.saturating_mul(2));
         let kinds = self.index.kinds(&scene, &self.build.options())?;
         let comparison = Comparison { model: &model, scene, build: self.build.options(), options };
         let rows = comparison.run(&kinds)?;
