@@ -16,6 +16,7 @@ pub mod mixed;
 mod model;
 pub mod obj;
 pub mod paper;
+pub mod polygon;
 pub mod shapes;
 pub mod sized;
 pub mod teapot;

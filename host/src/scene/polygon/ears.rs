@@ -1,0 +1,204 @@
+//! Ears, cut off one after the other.
+//!
+//! ```text
+//!     v        An ear is a convex corner v whose triangle with its neighbours p and q holds no other
+//!    / \       corner. Without it the polygon is one corner shorter, and only p and q have changed.
+//!   p - q
+//! ```
+//! # How it is done
+//! Corners wait in a queue. The first is cut off if it is an ear, and its neighbours wait again; else it
+//! waits for a neighbour's cut. A polygon that does not touch itself never runs out of ears (Meisters).
+//! One that does, such as an outline joined to a hole by an edge and back, may: then the conditions are
+//! relaxed step by step (`Strictness`). Corners that coincide with a neighbour, or lie at the tip of two
+//! edges upon each other, are no part of the outline and go at once.
+//!
+//! # Invariants
+//! No triangle turns right, so their areas sum to the polygon's.
+
+use std::collections::VecDeque;
+
+use super::blockers::{Blockers, Search};
+use super::{Point, turn};
+
+/// The most steps for each corner, where a step looks at one corner or box. Outlines of 60,000 corners, a
+/// comb and a spiral, take up to 70 steps a corner. Only polygons that cross themselves in knots come near it.
+pub(super) const WORK: u64 = 4096;
+
+/// What may be cut off.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Strictness {
+    /// Ears that no corner touches.
+    Closed,
+    /// And corners on the line between their neighbours.
+    Straight,
+    /// And ears which corners touch from outside.
+    Open,
+}
+
+/// The remaining outline while ears are cut off; reused from polygon to polygon.
+#[derive(Default)]
+pub(super) struct Ears {
+    before: Vec<u32>,
+    after: Vec<u32>,
+    state: Vec<State>,
+    queue: VecDeque<u32>,
+    blockers: Blockers,
+    /// Steps taken for the last polygon.
+    pub work: u64,
+}
+
+#[derive(Clone, Copy, Default)]
+struct State {
+    cut: bool,
+    waiting: bool,
+    /// Whether it blocks ears: it is not convex.
+    blocks: bool,
+}
+
+impl Ears {
+    /// Appends the triangles of a counterclockwise polygon. False if it has no division into ears; what
+    /// was appended is of no use then.
+    pub fn cut(&mut self, points: &[Point], triangles: &mut Vec<[usize; 3]>) -> bool {
+        self.begin(points);
+        let most_work = WORK * points.len() as u64;
+        let mut strictness = Strictness::Closed;
+        let mut progress = false;
+        loop {
+            // 1. As far as the queue goes.
+            while let Some(corner) = self.queue.pop_front() {
+                self.state[corner as usize].waiting = false;
+                if self.state[corner as usize].cut || !self.is_ear(points, corner, strictness) {
+                    continue;
+                }
+                triangles.push(self.triangle(corner).map(|corner| corner as usize));
+                if triangles.len() == points.len() - 2 {
+                    return true;
+                }
+                self.remove(points, corner);
+                progress = true;
+                if strictness == Strictness::Open {
+                    break;
+                }
+            }
+            // 2. All corners again: less strictly, if nothing was cut off since the last time.
+            if self.work > most_work {
+                return false;
+            }
+            strictness = match strictness {
+                _ if progress => Strictness::Closed,
+                Strictness::Closed => Strictness::Straight,
+                Strictness::Straight => Strictness::Open,
+                Strictness::Open => return false,
+            };
+            progress = false;
+            self.requeue();
+        }
+    }
+
+    fn begin(&mut self, points: &[Point]) {
+        let count = points.len() as u32;
+        self.work = 0;
+        self.before.clear();
+        self.before.extend((0..count).map(|corner| (corner + count - 1) % count));
+        self.after.clear();
+        self.after.extend((0..count).map(|corner| (corner + 1) % count));
+        self.state.clear();
+        self.state.resize(points.len(), State::default());
+        for corner in 0..count {
+            self.state[corner as usize].blocks = self.area(points, corner) <= 0.0;
+        }
+        let state = &self.state;
+        self.blockers.fill(points, (0..count).filter(|&corner| state[corner as usize].blocks));
+        self.queue.clear();
+        self.requeue();
+    }
+
+    /// Lets all remaining corners wait, in their order.
+    fn requeue(&mut self) {
+        for (corner, state) in (0..).zip(&mut self.state) {
+            if !state.cut && !state.waiting {
+                state.waiting = true;
+                self.queue.push_back(corner);
+            }
+        }
+    }
+
+    fn triangle(&self, corner: u32) -> [u32; 3] {
+        [self.before[corner as usize], corner, self.after[corner as usize]]
+    }
+
+    fn area(&self, points: &[Point], corner: u32) -> f64 {
+        let [p, v, q] = self.triangle(corner).map(|corner| points[corner as usize]);
+        turn(p, v, q)
+    }
+
+    fn remove(&mut self, points: &[Point], corner: u32) {
+        let [p, _, q] = self.triangle(corner);
+        self.state[corner as usize].cut = true;
+        self.after[p as usize] = q;
+        self.before[q as usize] = p;
+        for neighbour in [p, q] {
+            let blocks = self.area(points, neighbour) <= 0.0;
+            let state = &mut self.state[neighbour as usize];
+            if blocks && !state.blocks {
+                self.blockers.add(neighbour);
+            }
+            state.blocks = blocks;
+            if !state.waiting {
+                state.waiting = true;
+                self.queue.push_back(neighbour);
+            }
+        }
+    }
+
+    fn is_ear(&mut self, points: &[Point], corner: u32, strictness: Strictness) -> bool {
+        self.work += 1;
+        let ids = self.triangle(corner);
+        let [p, v, q] = ids.map(|id| points[id as usize]);
+        let area = turn(p, v, q);
+        if area < 0.0 {
+            return false;
+        }
+        if area == 0.0 {
+            // Beside itself, a tip, or straight on.
+            return !is_between(p, v, q) || strictness == Strictness::Straight;
+        }
+        let Self { before, after, state, blockers, work, .. } = self;
+        let point = |id: u32| points[id as usize];
+        let blocks = |id: u32| {
+            let w = point(id);
+            if ids.contains(&id) || w == p || w == q {
+                return false;
+            }
+            if w == v {
+                // An outline through the same point goes into the ear, or passes outside.
+                let goes_inside = |x| turn(v, q, x) > 0.0 && turn(v, x, p) > 0.0;
+                return goes_inside(point(before[id as usize]))
+                    || goes_inside(point(after[id as usize]));
+            }
+            is_in_box(w, p, v, q) && {
+                let sides = [turn(p, v, w), turn(v, q, w), turn(q, p, w)];
+                match strictness {
+                    Strictness::Open => sides.iter().all(|&side| side > 0.0),
+                    _ => sides.iter().all(|&side| side >= 0.0),
+                }
+            }
+        };
+        let is_present = |id: u32| !state[id as usize].cut && state[id as usize].blocks;
+        !blockers.any(&mut Search { triangle: [p, v, q], is_present, blocks, work })
+    }
+}
+
+/// Tells whether `v`, on a line with `p` and `q`, lies between them and on neither.
+fn is_between(p: Point, v: Point, q: Point) -> bool {
+    // Along an axis in which they differ; comparisons are exact.
+    let [p, v, q] = if p.x == q.x { [p.y, v.y, q.y] } else { [p.x, v.x, q.x] };
+    (p < v && v < q) || (q < v && v < p)
+}
+
+fn is_in_box(w: Point, a: Point, b: Point, c: Point) -> bool {
+    w.x >= a.x.min(b.x).min(c.x)
+        && w.x <= a.x.max(b.x).max(c.x)
+        && w.y >= a.y.min(b.y).min(c.y)
+        && w.y <= a.y.max(b.y).max(c.y)
+}
