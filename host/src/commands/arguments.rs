@@ -7,14 +7,14 @@ use arboleda::{BvhBuild, IndexKind, Level, Options, Resolution, Scene};
 use clap::Args;
 
 use crate::owned_index::{kind_by_name, kind_names};
-use crate::scene::{self, Model, UpAxis};
+use crate::scene::{self, Model, Origin, UpAxis};
 use crate::select_index;
 
 /// Which scene.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArguments {
-    /// A Wavefront OBJ file
-    #[arg(value_name = "SCENE.obj", conflicts_with = "scene")]
+    /// A scene file: OBJ
+    #[arg(value_name = "SCENE", conflicts_with = "scene")]
     file: Option<PathBuf>,
     /// A built-in scene instead: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N, city-N
     /// with about N triangles
@@ -23,6 +23,25 @@ pub struct SceneArguments {
     /// The axis that points up, for pictures and the default light
     #[arg(long, value_name = "auto|y|z", default_value_t = UpAxis::Auto)]
     pub up: UpAxis,
+    #[command(flatten)]
+    origin: OriginArgument,
+}
+
+/// Where the coordinates of scene files begin.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct OriginArgument {
+    /// Subtract a point from the coordinates of scene files, in 64 bits, before they are rounded to 32;
+    /// `auto` takes the middle of the scene. Rays and lights are given in the file's coordinates all the
+    /// same. The point is printed
+    #[arg(long, value_name = "X,Y,Z|auto", allow_hyphen_values = true)]
+    origin: Option<Origin>,
+}
+
+impl OriginArgument {
+    /// The origin asked for, or none.
+    pub fn get(self) -> Origin {
+        self.origin.unwrap_or_default()
+    }
 }
 
 impl SceneArguments {
@@ -32,11 +51,11 @@ impl SceneArguments {
     /// If neither or an unknown scene is named, or the file cannot be used.
     pub fn load(&self) -> anyhow::Result<Model> {
         match (&self.file, &self.scene) {
-            (Some(path), _) => Ok(scene::obj::load(path)?),
+            (Some(path), _) => Ok(scene::load(path, self.origin.get())?),
             (None, Some(name)) => Ok(scene::builtin::require(name)?),
             (None, None) => {
                 let names = scene::builtin::names().collect::<Vec<_>>().join(", ");
-                anyhow::bail!("name a scene: an OBJ file, or --scene with one of {names}")
+                anyhow::bail!("name a scene: a file, or --scene with one of {names}")
             }
         }
     }

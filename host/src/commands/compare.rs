@@ -6,7 +6,7 @@ use anyhow::{Context, ensure};
 use arboleda::{Block, IndexKind, Options, cluster};
 use clap::Args;
 
-use super::arguments::MeasureArguments;
+use super::arguments::{MeasureArguments, OriginArgument};
 use super::compare_peers::{self, PeerArguments};
 use super::output::{bytes, count, duration, say, table};
 use super::separation::{record as record_separation, separation_effort};
@@ -18,7 +18,7 @@ use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
 use crate::bench::{calibration, counters, growth, separation};
 use crate::report::{Canvas, CompareEvidence, compare_page, paint_clusters};
-use crate::scene::{Model, UpAxis, builtin, obj};
+use crate::scene::{self, Model, UpAxis, builtin};
 
 /// Photons on which a level is counted and timed: some 6,000 rays, the same for all.
 const LEVEL_PHOTONS: u64 = 3_000;
@@ -28,12 +28,14 @@ const PICTURE: [u32; 2] = [600, 480];
 /// Compare every index on every scene: time, spread, memory, counters; with a page and a file
 #[derive(Args)]
 pub struct Compare {
-    /// Wavefront OBJ files, beside the built-in scenes
-    #[arg(value_name = "SCENE.obj")]
+    /// Scene files, beside the built-in scenes
+    #[arg(value_name = "SCENE")]
     files: Vec<PathBuf>,
     /// Only these built-in scenes, separated by commas; `none` for the files alone
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     scenes: Vec<String>,
+    #[command(flatten)]
+    origin: OriginArgument,
     #[command(flatten)]
     measure: MeasureArguments,
     /// Write the page index.html, compare.csv and pictures to this folder; with it, scenes also grow, clusters move
@@ -124,7 +126,7 @@ impl Compare {
             models.push(builtin::require(name)?);
         }
         for path in &self.files {
-            models.push(obj::load(path)?);
+            models.push(scene::load(path, self.origin.get())?);
         }
         ensure!(!models.is_empty() || self.peers.growth.is_some(), "no scene is named");
         Ok(models.into_iter().map(|model| model.with_default_light(UpAxis::Auto)).collect())

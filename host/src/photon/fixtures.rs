@@ -37,6 +37,7 @@ pub fn model(triangles: Vec<Triangle>, reflectance: f32, light: AreaLight) -> Mo
         reflectance: vec![reflectance; triangles.len()],
         triangles,
         lights: vec![light],
+        ..Model::default()
     }
 }
 

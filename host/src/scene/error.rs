@@ -28,8 +28,8 @@ pub enum SceneError {
     },
     /// There is nothing in the file that a ray could hit.
     #[error(
-        "{}: no faces found ({vertex_count} vertices, {ignored_count} point and line elements); \
-         is it an OBJ file with `f` lines?",
+        "{}: no faces of three or more corners found ({vertex_count} vertices, {ignored_count} points, \
+         lines and shorter faces); {hint}",
         file.display()
     )]
     NoFaces {
@@ -37,8 +37,31 @@ pub enum SceneError {
         file: PathBuf,
         /// How many vertices it has.
         vertex_count: usize,
-        /// How many points and lines it has.
+        /// How many points, lines, and faces of one or two corners it has.
         ignored_count: usize,
+        /// What else it could be.
+        hint: &'static str,
+    },
+    /// The file is of a kind that is not read.
+    #[error("{}: {kind}; {cure}", file.display())]
+    Foreign {
+        /// The file.
+        file: PathBuf,
+        /// What it is.
+        kind: &'static str,
+        /// What to do.
+        cure: &'static str,
+    },
+    /// Each face has a vertex that is not finite.
+    #[error(
+        "{}: all {faces} faces have a vertex that is not finite as a 32-bit number",
+        file.display()
+    )]
+    NoFiniteFaces {
+        /// The file.
+        file: PathBuf,
+        /// How many faces it has.
+        faces: usize,
     },
     /// The reader of OBJ files refused the file for a reason that the checks before it do not know.
     #[error("{}: {source}", file.display())]
@@ -74,12 +97,6 @@ pub enum LineProblem {
     /// A coordinate is no number.
     #[error("vertex coordinate `{text}` is not a number")]
     NotANumber {
-        /// The coordinate as written.
-        text: String,
-    },
-    /// A coordinate is infinite, not a number, or past the largest `f32`.
-    #[error("vertex coordinate `{text}` is not finite as a 32-bit number")]
-    NotFinite {
         /// The coordinate as written.
         text: String,
     },

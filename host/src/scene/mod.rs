@@ -1,7 +1,7 @@
-//! Where triangles come from: OBJ files, the paper's scenes, generated cities.
+//! Where triangles come from: scene files, the paper's scenes, generated cities.
 //!
 //! ```text
-//! obj (a file) ----------------------------------------\
+//! formats (a file) -> surface -> polygon ---------------\
 //! shapes, teapot -> paper, city, mixed, sized -> builtin +-> Model -> light (one above, where there is none)
 //! ```
 //! Every scene but a file's is a function of its options: no clock, no platform's mathematics, z up.
@@ -10,20 +10,23 @@ pub mod builtin;
 pub mod city;
 pub mod closed;
 mod error;
+pub mod formats;
 mod hash;
 mod light;
 pub mod mixed;
 mod model;
-pub mod obj;
 pub mod paper;
-pub mod polygon;
+mod polygon;
 pub mod shapes;
 pub mod sized;
+mod surface;
 pub mod teapot;
 
 pub use error::{LineProblem, SceneError};
+pub use formats::load;
 pub use light::UpAxis;
 pub use model::{AreaLight, Model};
+pub use surface::{DEFAULT_REFLECTANCE, Import, NotAnOrigin, Origin, Surface};
 
 #[cfg(test)]
 pub(crate) mod test_support {

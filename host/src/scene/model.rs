@@ -19,6 +19,8 @@ pub struct Model {
     pub reflectance: Vec<f32>,
     /// Where the photons come from.
     pub lights: Vec<AreaLight>,
+    /// What was subtracted from the file's coordinates; adding it to a position gives the file's.
+    pub origin: [f64; 3],
 }
 
 /// A parallelogram that emits light on the side of `edge_u x edge_v`, with a cosine distribution.

@@ -5,6 +5,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use crate::scene::surface::DEFAULT_REFLECTANCE;
+
 /// Appends to `reduced` the names and diffuse colours of a material file, in its format. What cannot be
 /// understood is a warning.
 pub(super) fn reduce(text: &str, file: &Path, reduced: &mut String, warnings: &mut Vec<String>) {
@@ -26,7 +28,7 @@ pub(super) fn reduce(text: &str, file: &Path, reduced: &mut String, warnings: &m
                         "{}, line {number}: `{line}` is not a colour of 1 or 3 numbers; \
                          reflectance {} instead",
                         file.display(),
-                        super::DEFAULT_REFLECTANCE
+                        DEFAULT_REFLECTANCE
                     ));
                     Ok(())
                 }

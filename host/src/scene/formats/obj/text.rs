@@ -3,7 +3,6 @@
 //! All vertices come first in the reduced text and faces name them by positive numbers, so that it
 //! does not matter where in the file a vertex stands.
 
-use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
 
@@ -18,10 +17,14 @@ pub(super) struct Reduced {
     /// Every material that a `usemtl` line names.
     pub materials_used: BTreeSet<String>,
     pub vertex_count: usize,
-    /// After polygons are divided.
-    pub triangle_count: usize,
-    /// Points, lines, and faces of one or two corners.
-    pub ignored_count: usize,
+    /// Faces of three corners or more.
+    pub face_count: usize,
+    /// Points and lines.
+    pub element_count: usize,
+    /// Faces of one or two corners.
+    pub short_face_count: usize,
+    /// Whether an `mtllib` line stands in the file.
+    pub names_library: bool,
 }
 
 /// A name that no material has: it would end at the zero.
@@ -35,18 +38,74 @@ pub(super) fn reduce(source: &str) -> Result<Reduced, Complaint> {
     let mut reducer = Reducer::default();
     // Some editors begin files with a byte order mark.
     let source = source.strip_prefix('\u{feff}').unwrap_or(source);
-    let mut lines = (1..).zip(source.lines());
+    let mut lines = (1..).zip(Lines { rest: source });
+    let mut joined = String::new();
     while let Some((number, first)) = lines.next() {
-        // A backslash at the end continues a line.
-        let mut line = Cow::Borrowed(first);
-        while let Some(continued) = line.strip_suffix('\\') {
-            let next = lines.next().map_or("", |(_, next)| next);
-            line = Cow::Owned(format!("{continued} {next}"));
-        }
-        reducer.line(&line).map_err(|problem| (number, problem))?;
+        let line = match continued(first).filter(|_| !holds_a_name(first)) {
+            None => first,
+            Some(begun) => {
+                begun.clone_into(&mut joined);
+                for (_, next) in lines.by_ref() {
+                    joined.push(' ');
+                    let part = continued(next);
+                    joined.push_str(part.unwrap_or(next));
+                    if part.is_none() {
+                        break;
+                    }
+                }
+                &joined
+            }
+        };
+        reducer.line(line).map_err(|problem| (number, problem))?;
         reducer.note_highest(number);
     }
     reducer.finish()
+}
+
+/// The lines of a text, whether they end as on Unix, Windows or old Macintoshes.
+struct Lines<'t> {
+    rest: &'t str,
+}
+
+impl<'t> Iterator for Lines<'t> {
+    type Item = &'t str;
+
+    fn next(&mut self) -> Option<&'t str> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let end = memchr::memchr2(b'\n', b'\r', self.rest.as_bytes());
+        let (line, ending) = self.rest.split_at(end.unwrap_or(self.rest.len()));
+        let after = ending.strip_prefix("\r\n").or(ending.get(1..));
+        self.rest = after.unwrap_or_default();
+        Some(line)
+    }
+}
+
+/// What stands before the backslash of a line that the next one continues. Blanks may follow the
+/// backslash; in a comment it is none.
+fn continued(line: &str) -> Option<&str> {
+    let begun = line.trim_end().strip_suffix('\\')?;
+    (!begun.contains('#')).then_some(begun)
+}
+
+/// Names may end in a backslash: `g C:\models\`.
+fn holds_a_name(line: &str) -> bool {
+    let keyword = line.split_whitespace().next().unwrap_or_default();
+    matches!(keyword, "g" | "o" | "usemtl" | "mtllib")
+}
+
+/// A coordinate whose nearest `f64` lies halfway between two `f32`, and would be rounded to the wrong one:
+/// the `f64` beside it, which is rounded to the `f32` nearest to the decimal. None for all others.
+fn corrected(text: &str) -> Result<Option<f64>, std::num::ParseFloatError> {
+    let value: f64 = text.parse()?;
+    // Halfway means one bit more than a f32 has, so the last 28 of 52 are zero.
+    if value.to_bits().trailing_zeros() < 28 || f64::from(value as f32) == value {
+        return Ok(None);
+    }
+    let nearest = f64::from(text.parse::<f32>()?);
+    let beside = if nearest > value { value.next_up() } else { value.next_down() };
+    Ok((f64::from(value as f32) != nearest && value.is_finite()).then_some(beside))
 }
 
 #[derive(Default)]
@@ -61,8 +120,10 @@ struct Reducer {
     names: Vec<String>,
     materials_used: BTreeSet<String>,
     vertex_count: usize,
-    triangle_count: usize,
-    ignored_count: usize,
+    face_count: usize,
+    element_count: usize,
+    short_face_count: usize,
+    names_library: bool,
     /// The highest vertex number in any face so far, and the lines where it rose above the vertices
     /// known then: the first line with a number too high is among them.
     highest: usize,
@@ -77,7 +138,7 @@ impl Reducer {
         match keyword {
             "v" => return self.vertex(without_comment(arguments)),
             "f" => return self.face(without_comment(arguments)),
-            "p" | "l" => self.ignored_count += 1,
+            "p" | "l" => self.element_count += 1,
             "o" => {
                 arguments.clone_into(&mut self.object);
                 self.group.clear();
@@ -87,7 +148,10 @@ impl Reducer {
                 arguments.clone_into(&mut self.group);
                 self.name_pending = true;
             }
-            "mtllib" => self.write_rest(format_args!("mtllib {arguments}\n")),
+            "mtllib" => {
+                self.names_library = true;
+                self.write_rest(format_args!("mtllib {arguments}\n"));
+            }
             "usemtl" if arguments.is_empty() => {
                 self.write_rest(format_args!("usemtl {NO_MATERIAL}\n"));
             }
@@ -102,21 +166,18 @@ impl Reducer {
         Ok(())
     }
 
-    /// Three coordinates; a weight or a colour may follow and does not matter.
+    /// Three coordinates, finite or not; a weight or a colour may follow and does not matter.
     fn vertex(&mut self, arguments: &str) -> Result<(), LineProblem> {
         self.vertices.push('v');
         let mut given = 0;
         for text in arguments.split_whitespace().take(3) {
             given += 1;
-            match text.parse::<f32>() {
-                Err(_) => return Err(LineProblem::NotANumber { text: text.into() }),
-                Ok(value) if !value.is_finite() => {
-                    return Err(LineProblem::NotFinite { text: text.into() });
-                }
-                Ok(_) => {}
-            }
             self.vertices.push(' ');
-            self.vertices.push_str(text);
+            match corrected(text) {
+                Err(_) => return Err(LineProblem::NotANumber { text: text.into() }),
+                Ok(None) => self.vertices.push_str(text),
+                Ok(Some(value)) => self.vertices.push_str(&value.to_string()),
+            }
         }
         self.vertices.push('\n');
         self.vertex_count += 1;
@@ -129,21 +190,19 @@ impl Reducer {
             for corner in arguments.split_whitespace() {
                 self.vertex_number(corner)?;
             }
-            self.ignored_count += 1;
+            self.short_face_count += 1;
             return Ok(());
         }
         if self.name_pending || self.names.is_empty() {
             self.write_name();
         }
         self.rest.push('f');
-        let mut corner_count = 0;
         for corner in arguments.split_whitespace() {
             let number = self.vertex_number(corner)?;
             self.write_rest(format_args!(" {number}"));
-            corner_count += 1;
         }
         self.rest.push('\n');
-        self.triangle_count += corner_count - 2;
+        self.face_count += 1;
         Ok(())
     }
 
@@ -208,8 +267,10 @@ impl Reducer {
             names: self.names,
             materials_used: self.materials_used,
             vertex_count,
-            triangle_count: self.triangle_count,
-            ignored_count: self.ignored_count,
+            face_count: self.face_count,
+            element_count: self.element_count,
+            short_face_count: self.short_face_count,
+            names_library: self.names_library,
         })
     }
 }

@@ -1,0 +1,187 @@
+//! OBJ files: triangles in the order of the file's faces.
+//!
+//! ```text
+//! bytes -> text (checks every line, keeps what matters) -> tobj -> Surface
+//!                          materials (.mtl) ----------------/
+//! ```
+//! `tobj` names no line when it refuses a file, panics on some material files, takes a line of three
+//! points for a triangle and divides coordinates by a fourth one. So the text is checked first, and
+//! `tobj` reads a copy reduced to vertices, faces, names and materials, in `f64`.
+//!
+//! # Invariants
+//! Triangle ids count the faces in the order of the file, `n - 2` for a polygon of `n` corners; triangles
+//! without area are kept. Without an origin, coordinates are the `f32` nearest to the decimals.
+//!
+//! # Source
+//! Wavefront Technologies, *Advanced Visualizer manual*, appendix B1 (OBJ), and the material format MTL.
+//! Not read: curves and free-form surfaces, texture coordinates, normals, colours of vertices.
+//! Emission (`Ke`) does not make lights: a triangle is not a parallelogram.
+
+mod materials;
+mod text;
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+use tobj::{LoadError, LoadOptions};
+
+use super::Companions;
+use crate::scene::SceneError;
+use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
+use text::Reduced;
+
+/// Reads the bytes of an OBJ file. `name` stands in messages, its last part names the model, and material
+/// files are looked for beside it.
+///
+/// Each `o`, and each `g` inside it, is an object; one that is opened again continues. Materials'
+/// diffuse colours (`Kd`) give the reflectance, by their mean.
+///
+/// # Errors
+/// [`SceneError::Line`], [`SceneError::NoFaces`].
+pub fn read(bytes: &[u8], name: &Path, companions: &Companions) -> Result<Surface, SceneError> {
+    // 1. Check and reduce. Names in other encodings than UTF-8 lose letters, nothing else.
+    let source = String::from_utf8_lossy(bytes);
+    let reduced = text::reduce(&source).map_err(|(line, problem)| SceneError::Line {
+        file: name.into(),
+        line,
+        problem,
+    })?;
+    if reduced.face_count == 0 {
+        return Err(SceneError::NoFaces {
+            file: name.into(),
+            vertex_count: reduced.vertex_count,
+            ignored_count: reduced.element_count + reduced.short_face_count,
+            hint: "is it an OBJ file with `f` lines?",
+        });
+    }
+    let mut surface = Surface::new(name);
+    let ignored = [
+        (reduced.element_count, "point and line elements"),
+        (reduced.short_face_count, "faces of one or two corners"),
+    ];
+    for (count, what) in ignored.iter().filter(|(count, _)| *count > 0) {
+        surface.warn(format_args!("{count} {what} ignored"));
+    }
+
+    // 2. Read. Only faces of three corners or more are left in the text.
+    let surface = RefCell::new(surface);
+    let read =
+        tobj::load_obj_buf(&mut reduced.text.as_bytes(), &LoadOptions::default(), |library| {
+            load_library(name, library, companions, &mut surface.borrow_mut())
+        });
+    let (parts, materials) =
+        read.map_err(|source| SceneError::Refused { file: name.into(), source })?;
+    let (mut surface, materials) = (surface.into_inner(), materials.unwrap_or_default());
+    if !reduced.names_library && !reduced.materials_used.is_empty() {
+        surface.warn(format_args!(
+            "{} materials are used, but no material file is named (`mtllib`); \
+             reflectance {DEFAULT_REFLECTANCE} instead",
+            reduced.materials_used.len()
+        ));
+    }
+    let is_defined = |used: &&String| materials.iter().any(|material| material.name == **used);
+    if !materials.is_empty() {
+        for used in reduced.materials_used.iter().filter(|used| !is_defined(used)) {
+            surface.warn(format_args!("no material is called `{used}`"));
+        }
+    }
+
+    // 3. One part after the other: `tobj` begins a new one, at the end of its list, wherever the name
+    // or the material changes, so the order of the parts and inside them is that of the file.
+    assemble(&mut surface, &reduced, parts, &materials);
+    debug_assert_eq!(surface.face_count(), reduced.face_count);
+    Ok(surface)
+}
+
+fn assemble(
+    surface: &mut Surface,
+    reduced: &Reduced,
+    parts: Vec<tobj::Model>,
+    materials: &[tobj::Material],
+) {
+    for name in &reduced.names {
+        surface.add_object(name);
+    }
+    for part in parts {
+        // The reduced text gives each object's number for its name.
+        let object = part.name.parse().unwrap_or(0);
+        let diffuse = part.mesh.material_id.and_then(|id| materials.get(id)?.diffuse);
+        let colour = diffuse.map(|colour| colour.map(|component| component as f32));
+        surface.begin_part(object, colour.map_or(DEFAULT_REFLECTANCE, materials::mean));
+        let first = surface.vertex_count() as u32;
+        for position in part.mesh.positions.chunks_exact(3) {
+            surface.add_vertex([position[0], position[1], position[2]]);
+        }
+        // No arities are given where all are three.
+        let mut arities = part.mesh.face_arities.iter();
+        let mut corners = part.mesh.indices.as_slice();
+        while !corners.is_empty() {
+            let arity = arities.next().map_or(3, |&arity| arity as usize);
+            let (face, rest) = corners.split_at(arity);
+            surface.add_face(face.iter().map(|&corner| first + corner));
+            corners = rest;
+        }
+    }
+}
+
+/// Reads the material files that an `mtllib` line names: one whose name may hold spaces, or several
+/// separated by spaces, each in quotes or not.
+fn load_library(
+    model: &Path,
+    library: &Path,
+    companions: &Companions,
+    surface: &mut Surface,
+) -> tobj::MTLLoadResult {
+    let beside = |name: &str| model.parent().unwrap_or(Path::new("")).join(name);
+    // As written, or with the slashes of other systems.
+    let open = |name: &str| -> Result<(PathBuf, Vec<u8>), (PathBuf, std::io::Error)> {
+        let path = beside(name);
+        companions(&path).map(|bytes| (path.clone(), bytes)).or_else(|error| {
+            let turned = beside(&name.replace('\\', "/"));
+            companions(&turned).map(|bytes| (turned, bytes)).map_err(|_| (path, error))
+        })
+    };
+    let written = library.to_string_lossy();
+    let files = match open(&written) {
+        Ok(file) => vec![Ok(file)],
+        Err(_) => words(&written).map(open).collect(),
+    };
+    let (mut reduced, mut warnings) = (String::new(), Vec::new());
+    for file in files {
+        match file {
+            Ok((file, bytes)) => {
+                let text = String::from_utf8_lossy(&bytes);
+                materials::reduce(&text, &file, &mut reduced, &mut warnings);
+            }
+            Err((file, error)) => warnings.push(format!(
+                "cannot read the material file {}: {error}; \
+                 reflectance {DEFAULT_REFLECTANCE} instead",
+                file.display()
+            )),
+        }
+    }
+    for warning in warnings {
+        surface.warn(warning);
+    }
+    if reduced.is_empty() {
+        return Err(LoadError::OpenFileFailed);
+    }
+    tobj::load_mtl_buf(&mut reduced.as_bytes())
+}
+
+/// The words of a line; what stands in quotes is one.
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    let mut rest = line;
+    std::iter::from_fn(move || {
+        rest = rest.trim_start();
+        let (word, after) = match rest.strip_prefix('"').and_then(|rest| rest.split_once('"')) {
+            Some(quoted) => quoted,
+            None => rest.split_once(char::is_whitespace).unwrap_or((rest, "")),
+        };
+        rest = after;
+        (!word.is_empty()).then_some(word)
+    })
+}
+
+#[cfg(test)]
+mod tests;

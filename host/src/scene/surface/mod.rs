@@ -1,0 +1,106 @@
+//! What a file holds, before it becomes a model: polygons with coordinates in `f64`.
+//!
+//! ```text
+//! obj, ply, stl, gltf -> Surface -> minus the origin, rounded to f32 -> polygons divided -> Model
+//!                           \-> precision: how much the rounding loses
+//! ```
+//! Every format goes through here, so that all are treated and warned about alike.
+
+mod origin;
+mod place;
+mod precision;
+
+use std::path::PathBuf;
+
+pub use origin::{NotAnOrigin, Origin};
+pub use place::Import;
+
+/// The reflectance where no material says otherwise.
+pub const DEFAULT_REFLECTANCE: f32 = 0.5;
+
+/// Polygons as a file has them.
+///
+/// # Invariants
+/// `arities` and `parts` divide `corners` and the faces in their order; each face has at least three
+/// corners; corners are indices into `positions`.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// For messages.
+    file: PathBuf,
+    positions: Vec<[f64; 3]>,
+    corners: Vec<u32>,
+    /// How many corners each face has.
+    arities: Vec<u32>,
+    parts: Vec<Part>,
+    object_names: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// Faces in a row that are of one object and one material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    first_face: usize,
+    object: u32,
+    reflectance: f32,
+}
+
+impl Surface {
+    /// A surface without faces. The file stands in messages; its last part names the model.
+    pub(super) fn new(file: impl Into<PathBuf>) -> Self {
+        Self {
+            file: file.into(),
+            positions: Vec::new(),
+            corners: Vec::new(),
+            arities: Vec::new(),
+            parts: Vec::new(),
+            object_names: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    pub(super) fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    pub(super) fn face_count(&self) -> usize {
+        self.arities.len()
+    }
+
+    pub(super) fn add_vertex(&mut self, position: [f64; 3]) {
+        self.positions.push(position);
+    }
+
+    /// Names an object, for [`Self::begin_part`].
+    pub(super) fn add_object(&mut self, name: impl Into<String>) -> u32 {
+        self.object_names.push(name.into());
+        self.object_names.len() as u32 - 1
+    }
+
+    /// Says which object and reflectance the faces that follow have.
+    pub(super) fn begin_part(&mut self, object: u32, reflectance: f32) {
+        self.parts.push(Part { first_face: self.arities.len(), object, reflectance });
+    }
+
+    /// Adds a face. The caller has checked that it has three corners or more and that all exist, or will
+    /// exist when the surface is placed.
+    pub(super) fn add_face(&mut self, corners: impl IntoIterator<Item = u32>) {
+        let before = self.corners.len();
+        self.corners.extend(corners);
+        debug_assert!(self.corners.len() >= before + 3);
+        self.arities.push((self.corners.len() - before) as u32);
+    }
+
+    /// Adds a line about what the file says that is not in the surface.
+    pub(super) fn warn(&mut self, text: impl std::fmt::Display) {
+        self.warnings.push(format!("{}: {text}", self.file.display()));
+    }
+
+    fn faces(&self) -> impl Iterator<Item = &[u32]> {
+        let mut rest = self.corners.as_slice();
+        self.arities.iter().map(move |&arity| {
+            let (face, after) = rest.split_at(arity as usize);
+            rest = after;
+            face
+        })
+    }
+}

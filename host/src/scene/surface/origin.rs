@@ -1,0 +1,121 @@
+//! The point that becomes (0, 0, 0).
+
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+/// What is subtracted from all coordinates, in `f64`, before they are rounded to `f32`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Origin {
+    /// Nothing: coordinates stay as they are.
+    #[default]
+    Unchanged,
+    /// A point.
+    At([f64; 3]),
+    /// The middle of the scene's box, rounded to few digits.
+    Automatic,
+}
+
+/// What was given as an origin is none.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("`{0}` is not an origin; give three finite numbers, as in 500000,4649776,0, or auto")]
+pub struct NotAnOrigin(String);
+
+impl FromStr for Origin {
+    type Err = NotAnOrigin;
+
+    fn from_str(text: &str) -> Result<Self, NotAnOrigin> {
+        if text == "auto" {
+            return Ok(Self::Automatic);
+        }
+        let numbers: Result<Vec<f64>, _> =
+            text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+        match numbers.as_deref() {
+            Ok(&[x, y, z]) if [x, y, z].iter().all(|number| number.is_finite()) => {
+                Ok(Self::At([x, y, z]))
+            }
+            _ => Err(NotAnOrigin(text.into())),
+        }
+    }
+}
+
+impl Origin {
+    /// The point, for vertices of which some may not be finite.
+    pub(super) fn point<'p>(self, positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
+        match self {
+            Self::Unchanged => [0.0; 3],
+            Self::At(point) => point,
+            Self::Automatic => middle(positions),
+        }
+    }
+}
+
+/// The middle of the box around the points that a `f32` can hold, rounded to a tenth of its longest side
+/// or less, so that it is short to write.
+fn middle<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
+    let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let most = f64::from(f32::MAX);
+    for position in positions.filter(|position| position.iter().all(|x| x.abs() <= most)) {
+        for axis in 0..3 {
+            lo[axis] = lo[axis].min(position[axis]);
+            hi[axis] = hi[axis].max(position[axis]);
+        }
+    }
+    if lo[0] > hi[0] {
+        return [0.0; 3];
+    }
+    let longest = (0..3).map(|axis| hi[axis] - lo[axis]).fold(0.0, f64::max);
+    // Dividing by a power of ten, exact up to 10^22, gives the f64 nearest to a short decimal.
+    let digits =
+        if longest > 0.0 { (1.0 - longest.log10().floor()).clamp(-22.0, 22.0) } else { 3.0 };
+    [0, 1, 2].map(|axis| {
+        let centre = lo[axis] / 2.0 + hi[axis] / 2.0;
+        let power = 10_f64.powi(digits.abs() as i32);
+        let rounded = if digits >= 0.0 {
+            (centre * power).round() / power
+        } else {
+            (centre / power).round() * power
+        };
+        if rounded.is_finite() { rounded } else { centre }
+    })
+}
+
+/// A point as it is given on command lines.
+pub(super) struct Written(pub [f64; 3]);
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.0;
+        write!(f, "{x},{y},{z}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn origins_are_read() {
+        assert_eq!("auto".parse(), Ok(Origin::Automatic));
+        assert_eq!("-1, 2.5,3e6".parse(), Ok(Origin::At([-1.0, 2.5, 3e6])));
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,nan", "1,2,1e999", "automatic"] {
+            let error = wrong.parse::<Origin>().unwrap_err().to_string();
+            assert!(error.starts_with(&format!("`{wrong}` is not an origin")), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_automatic_origin_is_short_and_central() {
+        let points =
+            [[500_000.13, 4_649_776.22, -3.0], [500_010.33, 4_649_780.0, 1.0], [f64::NAN; 3]];
+        let origin = Origin::Automatic.point(points.iter());
+        assert_eq!(origin, [500_005.0, 4_649_778.0, -1.0]);
+        assert_eq!(Written(origin).to_string(), "500005,4649778,-1");
+        assert_eq!(Origin::Automatic.point([].iter()), [0.0; 3]);
+        // One point, and a tiny scene far away.
+        assert_eq!(Origin::Automatic.point([[7.25, 0.0, 1e9]].iter()), [7.25, 0.0, 1e9]);
+        let tiny = [[1.0, 0.0, 0.0], [1.000_001, 0.0, 0.0]];
+        assert!((Origin::Automatic.point(tiny.iter())[0] - 1.000_000_5).abs() < 2e-7);
+    }
+}

@@ -1,0 +1,96 @@
+//! A surface becomes a model.
+
+use arboleda::{Triangle, Vec3};
+
+use super::origin::{Origin, Written};
+use super::{Surface, precision};
+use crate::scene::polygon::{Divider, Division};
+use crate::scene::{Model, SceneError};
+
+/// A model, and what its file says that is not in it.
+#[derive(Clone, Debug)]
+pub struct Import {
+    /// The model; without lights.
+    pub model: Model,
+    /// One line each: elements ignored, faces left out, material files not found, coordinates that lose
+    /// digits.
+    pub warnings: Vec<String>,
+}
+
+impl Surface {
+    /// Subtracts the origin in `f64`, rounds to `f32`, and divides the polygons, in the order of the
+    /// faces. A face with a vertex that is not finite is left out.
+    ///
+    /// # Errors
+    /// [`SceneError::NoFiniteFaces`] if no face is left.
+    pub fn place(mut self, origin: Origin) -> Result<Import, SceneError> {
+        let title = self.file.file_stem().unwrap_or(self.file.as_os_str()).to_string_lossy();
+        let mut model = Model::named(title);
+        model.object_names = std::mem::take(&mut self.object_names);
+        let used = self.corners.iter().map(|&corner| &self.positions[corner as usize]);
+        model.origin = origin.point(used);
+
+        // 1. Vertices.
+        let vertices: Vec<Vec3> = self
+            .positions
+            .iter()
+            .map(|position| round([0, 1, 2].map(|axis| position[axis] - model.origin[axis])))
+            .collect();
+
+        // 2. Faces, part by part.
+        let (mut not_finite, mut crossing) = (0, 0);
+        let mut first_not_finite = None;
+        let mut divider = Divider::default();
+        let mut corners = Vec::new();
+        let mut parts = self.parts.iter().peekable();
+        let (mut object, mut reflectance) = (0, super::DEFAULT_REFLECTANCE);
+        model.triangles.reserve(self.corners.len() - 2 * self.arities.len());
+        for (number, face) in self.faces().enumerate() {
+            while let Some(part) = parts.next_if(|part| part.first_face <= number) {
+                (object, reflectance) = (part.object, part.reflectance);
+            }
+            corners.clear();
+            corners.extend(face.iter().map(|&corner| vertices[corner as usize]));
+            if let Some(at) = corners.iter().position(|corner| !corner.is_finite()) {
+                not_finite += 1;
+                first_not_finite.get_or_insert((number, self.positions[face[at] as usize]));
+                continue;
+            }
+            let (triangles, division) = divider.divide(&corners);
+            crossing += usize::from(division == Division::Crossing);
+            for ids in triangles {
+                let [a, b, c] = ids.map(|id| corners[id]);
+                model.triangles.push(Triangle::new(a, b, c));
+            }
+            model.objects.resize(model.triangles.len(), object);
+            model.reflectance.resize(model.triangles.len(), reflectance);
+        }
+
+        // 3. What a person should know.
+        if let Some((face, vertex)) = first_not_finite {
+            if model.triangles.is_empty() {
+                return Err(SceneError::NoFiniteFaces { file: self.file, faces: not_finite });
+            }
+            let first = Written(vertex);
+            self.warn(format_args!(
+                "{not_finite} faces left out, because a vertex of theirs is not finite as a 32-bit number; \
+                 the first is face {}, with vertex {first}",
+                face + 1
+            ));
+        }
+        if crossing > 0 {
+            self.warn(format_args!(
+                "{crossing} polygons cross themselves; each is divided into a fan from its first corner"
+            ));
+        }
+        if let Some(warning) = precision::warning(&self, model.origin) {
+            self.warn(warning);
+        }
+        Ok(Import { model, warnings: self.warnings })
+    }
+}
+
+/// Rounds to the nearest `f32`; what is beyond becomes infinite.
+fn round(point: [f64; 3]) -> Vec3 {
+    Vec3::from_array(point.map(|x| x as f32))
+}
