@@ -23,8 +23,10 @@ mod owned_index;
 #[cfg(feature = "peers")]
 pub mod peers;
 pub mod photon;
+pub mod rays;
 pub mod report;
 pub mod scene;
+mod signature;
 mod threads;
 
 pub use automatic::select_index;

@@ -1,24 +1,25 @@
 //! `arboleda cast`: rays from a file, hits to a file.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail, ensure};
-use arboleda::{Hit, IndexKind, Ray, RayError, RayIndex, Vec3};
+use anyhow::Context;
+use arboleda::{Hit, IndexKind, Ray, RayError, RayIndex};
 use clap::{Args, ValueEnum};
 use npyz::WriterBuilder;
 use rayon::prelude::*;
 
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
-use crate::{OwnedIndex, Threads};
+use crate::{OwnedIndex, Threads, rays};
 
 /// So many of the rays, evenly spread, tell the automatic choice of an index what is asked.
 const SAMPLE_RAYS: usize = 1024;
 
 /// Answer the rays of a `NumPy` file.
 ///
-/// RAYS is float32 of shape (N, 6): origin, direction; or (N, 8): and `t_min`, `t_max` (else 0 and +inf).
+/// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): and `t_min`, `t_max` (else 0 and +inf).
+/// Origins are in the coordinates of the scene's file, also with `--origin`.
 /// HITS is a structured array [('triangle','<u4'),('t','<f4'),('u','<f4'),('v','<f4')] in ray order;
 /// triangle ids count faces in file order after triangulation, a miss is 0xFFFFFFFF and +inf.
 #[derive(Args)]
@@ -70,9 +71,14 @@ impl Cast {
     /// # Errors
     /// If a file cannot be read or written, or the rays have another shape.
     pub fn run(&self) -> anyhow::Result<()> {
-        let rays = read_rays(&self.rays)?;
-        report_refused(&rays);
+        let table = rays::load(&self.rays)?;
+        if table.is_rounded() {
+            eprintln!("{}: float64 values are rounded to float32", self.rays.display());
+        }
         let model = self.scene.load()?;
+        let rays = table.rays(model.origin);
+        drop(table);
+        report_refused(&rays);
         let step = rays.len().div_ceil(SAMPLE_RAYS).max(1);
         let some: Vec<Ray> = rays.iter().step_by(step).filter_map(|ray| ray.ok()).collect();
         let scene = self.build.scene(&model).rays(&some).expecting(rays.len() as u64);
@@ -165,35 +171,6 @@ fn all_hits(index: &(dyn RayIndex + Sync), ray: &Ray) -> Vec<Hit> {
 fn named(path: &Path, name: &str) -> PathBuf {
     let extension = path.extension().unwrap_or_else(|| "npy".as_ref()).to_string_lossy();
     path.with_extension(format!("{name}.{extension}"))
-}
-
-fn read_rays(path: &Path) -> anyhow::Result<Vec<Result<Ray, RayError>>> {
-    let name = path.display();
-    let file = File::open(path).with_context(|| format!("cannot open the rays {name}"))?;
-    let npy = npyz::NpyFile::new(BufReader::new(file))
-        .with_context(|| format!("{name} is not a .npy file"))?;
-    let shape = npy.shape().to_vec();
-    let [_, columns @ (6 | 8)] = shape[..] else {
-        bail!("{name} has shape {shape:?}; rays are of shape (N, 6) or (N, 8)");
-    };
-    ensure!(
-        npy.order() == npyz::Order::C || shape[0] <= 1,
-        "{name} is in Fortran order; save it with numpy.ascontiguousarray"
-    );
-    let values = npy.into_vec::<f32>().with_context(|| {
-        format!("{name} does not hold float32 values; save it with .astype('<f4')")
-    })?;
-    Ok(values.chunks_exact(columns as usize).map(to_ray).collect())
-}
-
-fn to_ray(row: &[f32]) -> Result<Ray, RayError> {
-    let (origin, direction) = (Vec3::from_slice(row), Vec3::from_slice(&row[3..]));
-    match row {
-        [.., t_min, t_max] if row.len() == 8 => {
-            Ray::with_interval(origin, direction, *t_min, *t_max)
-        }
-        _ => Ray::new(origin, direction),
-    }
 }
 
 /// Says on stderr how many rays are not valid, why, and which comes first.

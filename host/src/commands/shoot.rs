@@ -33,9 +33,10 @@ pub struct Shoot {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// An area light instead of the scene's: a corner, two edges, and the flux in watts; it shines to the
-    /// side of the cross product of the edges. May be given several times
+    /// side of the cross product of the edges. May be given several times;
+    /// in the coordinates of the scene's file, also with `--origin`
     #[arg(long, value_name = "CX,CY,CZ,UX,UY,UZ,VX,VY,VZ,FLUX", value_parser = light, allow_hyphen_values = true)]
-    light: Vec<AreaLight>,
+    light: Vec<GivenLight>,
     /// Count nodes visited and triangle tests, too
     #[arg(long)]
     counters: bool,
@@ -46,17 +47,30 @@ pub struct Shoot {
     build: BuildArguments,
 }
 
-fn light(text: &str) -> Result<AreaLight, String> {
-    let numbers: Result<Vec<f32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[cx, cy, cz, ux, uy, uz, vx, vy, vz, flux]) => Ok(AreaLight {
-            corner: Vec3::new(cx, cy, cz),
-            edge_u: Vec3::new(ux, uy, uz),
-            edge_v: Vec3::new(vx, vy, vz),
-            flux,
-        }),
-        Ok(numbers) => Err(format!("ten numbers are needed, {} were given", numbers.len())),
-        Err(error) => Err(format!("not a number: {error}")),
+/// A light as it was given, in the coordinates of the scene's file.
+#[derive(Clone, Copy)]
+struct GivenLight([f64; 10]);
+
+fn light(text: &str) -> Result<GivenLight, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let numbers = numbers.map_err(|error| format!("not a number: {error}"))?;
+    <[f64; 10]>::try_from(numbers)
+        .map(GivenLight)
+        .map_err(|numbers| format!("ten numbers are needed, {} were given", numbers.len()))
+}
+
+impl GivenLight {
+    /// The light, its corner relative to the scene's origin.
+    fn place(self, origin: [f64; 3]) -> AreaLight {
+        let at = |first: usize| [0, 1, 2].map(|axis| self.0[first + axis]);
+        let rounded = |point: [f64; 3]| Vec3::from_array(point.map(|x| x as f32));
+        let corner = at(0);
+        AreaLight {
+            corner: rounded([0, 1, 2].map(|axis| corner[axis] - origin[axis])),
+            edge_u: rounded(at(3)),
+            edge_v: rounded(at(6)),
+            flux: self.0[9] as f32,
+        }
     }
 }
 
@@ -68,7 +82,7 @@ impl Shoot {
     pub fn run(&self) -> anyhow::Result<()> {
         let mut model = self.scene.load()?;
         if !self.light.is_empty() {
-            model.lights.clone_from(&self.light);
+            model.lights = self.light.iter().map(|light| light.place(model.origin)).collect();
         }
         let model = model.with_default_light(self.scene.up);
         say!(

@@ -1,0 +1,177 @@
+//! Rays from `NumPy` files.
+//!
+//! One row is one ray: origin, direction, and perhaps `t_min` and `t_max`. Rows of `float64` are rounded
+//! only after the origin of the scene is subtracted from theirs.
+
+mod error;
+
+use std::path::Path;
+use std::{fs, io};
+
+use arboleda::{Ray, RayError, Vec3};
+use npyz::{DType, NpyFile, NpyHeader, Order, TypeChar};
+
+use crate::signature::Signature;
+pub use error::{RaysError, RaysProblem};
+
+/// `NumPy` refuses longer headers too.
+const LONGEST_HEADER: usize = 10_000;
+/// Brackets in a header; the type of rays has none, the shape one pair, all together one.
+const MOST_BRACKETS: usize = 16;
+
+/// Rays as a file has them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RayTable {
+    columns: usize,
+    values: Values,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Values {
+    Single(Vec<f32>),
+    Double(Vec<f64>),
+}
+
+/// Loads a file of rays.
+///
+/// # Errors
+/// [`RaysProblem::Unreadable`], and those of [`read`].
+pub fn load(path: &Path) -> Result<RayTable, RaysError> {
+    let bytes = fs::read(path).map_err(RaysProblem::Unreadable);
+    bytes.and_then(|bytes| read(&bytes)).map_err(|problem| RaysError { file: path.into(), problem })
+}
+
+/// Reads the bytes of a `.npy` file of rays: float32 or float64, of shape (N, 6) or (N, 8).
+///
+/// # Errors
+/// [`RaysProblem`], for anything else.
+pub fn read(bytes: &[u8]) -> Result<RayTable, RaysProblem> {
+    // 1. Checks that the reader of headers leaves to its callers.
+    match Signature::of(bytes) {
+        Some(Signature::Npy) => {}
+        Some(signature) => {
+            let cure = match signature {
+                Signature::Gzip => "unpack it first, with `gunzip`",
+                Signature::Zip => "if it is .npz, save the one array with numpy.save instead",
+                _ => "save the rays with numpy.save",
+            };
+            return Err(RaysProblem::Foreign { kind: signature.kind(), cure });
+        }
+        None => return Err(RaysProblem::NotNpy),
+    }
+    check_header(bytes)?;
+
+    // 2. The header.
+    let mut rest = bytes;
+    let header = NpyHeader::from_reader(&mut rest)
+        .map_err(|error: io::Error| RaysProblem::Header(error.to_string()))?;
+    let shape = header.shape().to_vec();
+    let [count, columns @ (6 | 8)] = shape[..] else { return Err(RaysProblem::Shape(shape)) };
+    if header.order() == Order::Fortran && count > 1 {
+        return Err(RaysProblem::FortranOrder);
+    }
+    let bytes_each = match header.dtype() {
+        DType::Plain(kind) if kind.type_char() == TypeChar::Float => kind.size_field(),
+        _ => 0,
+    };
+    if !matches!(bytes_each, 4 | 8) {
+        return Err(RaysProblem::Element(header.dtype().descr()));
+    }
+    let needed =
+        u128::from(count) * u128::from(columns * bytes_each) + (bytes.len() - rest.len()) as u128;
+    if needed > bytes.len() as u128 {
+        return Err(RaysProblem::CutOff { shape, needed, found: bytes.len() });
+    }
+
+    // 3. The numbers.
+    let file = NpyFile::with_header(header, rest);
+    let numbers = if bytes_each == 4 {
+        file.into_vec().map(Values::Single)
+    } else {
+        file.into_vec().map(Values::Double)
+    };
+    let values = numbers.map_err(|error| RaysProblem::Header(error.to_string()))?;
+    Ok(RayTable { columns: columns as usize, values })
+}
+
+/// Refuses headers that claim more bytes or elements than can be counted, or nest so deep that reading
+/// them could overflow the stack.
+fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
+    let invalid = |what: &str| Err(RaysProblem::Header(what.into()));
+    let (size, first) = match bytes {
+        [_, _, _, _, _, _, 1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 10),
+        [_, _, _, _, _, _, _, _, a, b, c, d, ..] => {
+            (u32::from_le_bytes([*a, *b, *c, *d]) as usize, 12)
+        }
+        _ => return invalid("it is cut off"),
+    };
+    if size > LONGEST_HEADER {
+        return invalid("it is longer than 10,000 bytes");
+    }
+    let Some(text) = bytes.get(first..first + size) else { return invalid("it is cut off") };
+    if text.iter().filter(|byte| b"([{".contains(byte)).count() > MOST_BRACKETS {
+        return invalid("it has more brackets than an array of numbers needs");
+    }
+    // All numbers in it, the shape's among them.
+    let mut product: u64 = 1;
+    for digits in text.split(|byte| !byte.is_ascii_digit()).filter(|digits| !digits.is_empty()) {
+        let number = digits.iter().try_fold(0_u64, |number, digit| {
+            number.checked_mul(10)?.checked_add(u64::from(digit - b'0'))
+        });
+        match number.and_then(|number| product.checked_mul(number.max(1))) {
+            Some(next) => product = next,
+            None => return invalid("it claims more elements than can be counted"),
+        }
+    }
+    Ok(())
+}
+
+impl RayTable {
+    /// How many rays there are.
+    pub fn len(&self) -> usize {
+        let numbers = match &self.values {
+            Values::Single(values) => values.len(),
+            Values::Double(values) => values.len(),
+        };
+        numbers / self.columns
+    }
+
+    /// Tells whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Tells whether the numbers have 64 bits, and are rounded to 32.
+    pub fn is_rounded(&self) -> bool {
+        matches!(self.values, Values::Double(_))
+    }
+
+    /// The rays, relative to the scene's origin; or why one is none.
+    pub fn rays(&self, origin: [f64; 3]) -> Vec<Result<Ray, RayError>> {
+        match &self.values {
+            Values::Single(values) => rays(values, self.columns, origin),
+            Values::Double(values) => rays(values, self.columns, origin),
+        }
+    }
+}
+
+fn rays<T: Copy + Into<f64>>(
+    values: &[T],
+    columns: usize,
+    origin: [f64; 3],
+) -> Vec<Result<Ray, RayError>> {
+    let to_ray = |row: &[T]| {
+        let at = |column: usize| -> f64 { row[column].into() };
+        let start = Vec3::from_array([0, 1, 2].map(|axis| (at(axis) - origin[axis]) as f32));
+        let direction = Vec3::from_array([3, 4, 5].map(|column| at(column) as f32));
+        if columns == 8 {
+            Ray::with_interval(start, direction, at(6) as f32, at(7) as f32)
+        } else {
+            Ray::new(start, direction)
+        }
+    };
+    values.chunks_exact(columns).map(to_ray).collect()
+}
+
+#[cfg(test)]
+mod tests;
