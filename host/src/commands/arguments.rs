@@ -13,7 +13,7 @@ use crate::select_index;
 /// Which scene.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArguments {
-    /// A scene file: OBJ
+    /// A scene file: OBJ, PLY, STL or glTF (.gltf, .glb)
     #[arg(value_name = "SCENE", conflicts_with = "scene")]
     file: Option<PathBuf>,
     /// A built-in scene instead: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N, city-N
@@ -45,13 +45,16 @@ impl OriginArgument {
 }
 
 impl SceneArguments {
-    /// Loads the file, or makes the built-in scene.
+    /// Loads the file, and prints what it says that is not in the model; or makes the built-in scene.
     ///
     /// # Errors
     /// If neither or an unknown scene is named, or the file cannot be used.
     pub fn load(&self) -> anyhow::Result<Model> {
         match (&self.file, &self.scene) {
             (Some(path), _) => Ok(scene::load(path, self.origin.get())?),
+            (None, Some(_)) if self.origin.get() != Origin::Unchanged => {
+                anyhow::bail!("--origin is for scene files; built-in scenes lose no digits")
+            }
             (None, Some(name)) => Ok(scene::builtin::require(name)?),
             (None, None) => {
                 let names = scene::builtin::names().collect::<Vec<_>>().join(", ");

@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// The file does not exist or cannot be read.
-    #[error("cannot read {}: {source}", file.display())]
+    #[error("cannot read {}", file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
@@ -25,6 +25,16 @@ pub enum SceneError {
         line: usize,
         /// What is wrong with it.
         problem: LineProblem,
+    },
+    /// A part of a file without lines is wrong.
+    #[error("{}, {place}: {problem}", file.display())]
+    Malformed {
+        /// The file.
+        file: PathBuf,
+        /// Where in it.
+        place: String,
+        /// What is wrong there.
+        problem: String,
     },
     /// There is nothing in the file that a ray could hit.
     #[error(
@@ -64,7 +74,7 @@ pub enum SceneError {
         faces: usize,
     },
     /// The reader of OBJ files refused the file for a reason that the checks before it do not know.
-    #[error("{}: {source}", file.display())]
+    #[error("{} is refused by the reader of OBJ files", file.display())]
     Refused {
         /// The file.
         file: PathBuf,

@@ -1,13 +1,16 @@
 //! Scene files, recognised by their first bytes or their ending.
 //!
 //! ```text
-//! bytes -> recognise -> obj -> Surface
+//! bytes -> recognise -> obj, ply, stl, gltf -> Surface
 //! ```
 //! Readers take bytes, so they can be called without a file system; other files that a scene needs, such
 //! as materials, are asked of a function.
 
+pub mod gltf;
 pub mod obj;
+pub mod ply;
 mod recognise;
+pub mod stl;
 
 use std::path::Path;
 use std::{fs, io};
@@ -49,5 +52,11 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
 pub fn read(bytes: &[u8], name: &Path, companions: &Companions) -> Result<Surface, SceneError> {
     match recognise::format(bytes, name)? {
         Format::Obj => obj::read(bytes, name, companions),
+        Format::Gltf => gltf::read(bytes, name, companions),
+        Format::Ply => ply::read(bytes, name),
+        Format::Stl => stl::read(bytes, name),
     }
 }
+
+#[cfg(test)]
+mod tests;

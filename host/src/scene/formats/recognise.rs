@@ -2,30 +2,45 @@
 
 use std::path::Path;
 
+use super::stl;
 use crate::scene::SceneError;
+use crate::signature::Signature;
 
 /// A format that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
+    Gltf,
     Obj,
+    Ply,
+    Stl,
 }
-
-/// First bytes of files that are not read: what they are, and what to do.
-const FOREIGN: [(&[u8], &str, &str); 6] = [
-    (b"\x1f\x8b", "it is compressed by gzip", "unpack it first, with `gunzip`"),
-    (b"PK\x03\x04", "it is a ZIP archive", "unpack it first, with `unzip`"),
-    (b"\xff\xfe", UTF_16, UTF_8),
-    (b"\xfe\xff", UTF_16, UTF_8),
-    (b"\x93NUMPY", "it is a NumPy array", "rays are given by `cast --rays`"),
-    (b"Kaydara FBX", "it is an FBX file", "export it as OBJ, PLY, STL or glTF"),
-];
-const UTF_16: &str = "it is text in UTF-16";
-const UTF_8: &str = "save it as UTF-8, as by `iconv -f UTF-16 -t UTF-8`";
 
 /// Recognises a format: by first bytes that only one has, else by the ending.
 pub(super) fn format(bytes: &[u8], name: &Path) -> Result<Format, SceneError> {
-    if let Some(&(_, kind, cure)) = FOREIGN.iter().find(|(first, ..)| bytes.starts_with(first)) {
-        return Err(SceneError::Foreign { file: name.into(), kind, cure });
+    if let Some(signature) = Signature::of(bytes) {
+        let cure = match signature {
+            Signature::Gzip => "unpack it first, with `gunzip`",
+            Signature::Zip => "unpack it first, with `unzip`",
+            Signature::Utf16 => "save it as UTF-8, as by `iconv -f UTF-16 -t UTF-8`",
+            Signature::Npy => "rays are given to `cast` by `--rays`",
+            Signature::Fbx => "export it as OBJ, PLY, STL or glTF",
+        };
+        return Err(SceneError::Foreign { file: name.into(), kind: signature.kind(), cure });
     }
-    Ok(Format::Obj)
+    let ending = name.extension().unwrap_or_default().to_ascii_lowercase();
+    let ending = ending.to_str().unwrap_or_default();
+    Ok(if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") || ending == "ply" {
+        Format::Ply
+    } else if bytes.starts_with(b"glTF")
+        || bytes.trim_ascii_start().starts_with(b"{")
+        || matches!(ending, "glb" | "gltf")
+    {
+        Format::Gltf
+    } else if ending == "stl" {
+        Format::Stl
+    } else if ending != "obj" && (stl::is_binary(bytes) || stl::is_text(bytes)) {
+        Format::Stl
+    } else {
+        Format::Obj
+    })
 }

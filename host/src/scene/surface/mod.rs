@@ -12,11 +12,18 @@ mod precision;
 
 use std::path::PathBuf;
 
+use super::SceneError;
 pub use origin::{NotAnOrigin, Origin};
 pub use place::Import;
 
 /// The reflectance where no material says otherwise.
 pub const DEFAULT_REFLECTANCE: f32 = 0.5;
+
+/// The share of light that a diffuse colour reflects: the mean of its components, 0 to 1.
+pub(super) fn mean([red, green, blue]: [f32; 3]) -> f32 {
+    let sum = f64::from(red) + f64::from(green) + f64::from(blue);
+    ((sum / 3.0) as f32).clamp(0.0, 1.0)
+}
 
 /// Polygons as a file has them.
 ///
@@ -88,6 +95,34 @@ impl Surface {
         self.corners.extend(corners);
         debug_assert!(self.corners.len() >= before + 3);
         self.arities.push((self.corners.len() - before) as u32);
+    }
+
+    /// Finds the first corner that does not exist, and its face.
+    pub(super) fn missing_corner(&self) -> Option<(usize, u32)> {
+        let count = self.positions.len();
+        self.faces().enumerate().find_map(|(face, corners)| {
+            corners.iter().find(|&&corner| corner as usize >= count).map(|&corner| (face, corner))
+        })
+    }
+
+    /// Adds a face of three corners that it shares with no other.
+    pub(super) fn add_triangle(&mut self, corners: [[f64; 3]; 3]) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(corners);
+        self.add_face(first..first + 3);
+    }
+
+    /// An error about a place in the file.
+    pub(super) fn malformed(
+        &self,
+        place: impl Into<String>,
+        problem: impl std::fmt::Display,
+    ) -> SceneError {
+        SceneError::Malformed {
+            file: self.file.clone(),
+            place: place.into(),
+            problem: problem.to_string(),
+        }
     }
 
     /// Adds a line about what the file says that is not in the surface.

@@ -39,12 +39,6 @@ pub(super) fn reduce(text: &str, file: &Path, reduced: &mut String, warnings: &m
     }
 }
 
-/// The share of light that a diffuse colour reflects: the mean of its components, 0 to 1.
-pub(super) fn mean([red, green, blue]: [f32; 3]) -> f32 {
-    let sum = f64::from(red) + f64::from(green) + f64::from(blue);
-    ((sum / 3.0) as f32).clamp(0.0, 1.0)
-}
-
 fn colour(arguments: &str) -> Option<[f32; 3]> {
     let numbers = arguments.split_once('#').map_or(arguments, |(before, _)| before);
     let components: Vec<f32> =

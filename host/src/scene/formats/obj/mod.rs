@@ -27,7 +27,7 @@ use tobj::{LoadError, LoadOptions};
 
 use super::Companions;
 use crate::scene::SceneError;
-use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
+use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface, mean};
 use text::Reduced;
 
 /// Reads the bytes of an OBJ file. `name` stands in messages, its last part names the model, and material
@@ -107,7 +107,7 @@ fn assemble(
         let object = part.name.parse().unwrap_or(0);
         let diffuse = part.mesh.material_id.and_then(|id| materials.get(id)?.diffuse);
         let colour = diffuse.map(|colour| colour.map(|component| component as f32));
-        surface.begin_part(object, colour.map_or(DEFAULT_REFLECTANCE, materials::mean));
+        surface.begin_part(object, colour.map_or(DEFAULT_REFLECTANCE, mean));
         let first = surface.vertex_count() as u32;
         for position in part.mesh.positions.chunks_exact(3) {
             surface.add_vertex([position[0], position[1], position[2]]);

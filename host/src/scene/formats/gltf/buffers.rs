@@ -1,0 +1,76 @@
+//! The bytes that a document refers to: in the file, in a `data:` address, or in files beside it.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use base64::Engine;
+use base64::alphabet;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use gltf::Document;
+use gltf::buffer::{Buffer, Source};
+use percent_encoding::percent_decode_str;
+
+use crate::scene::formats::Companions;
+
+/// Some writers leave the padding out.
+const BASE_64: GeneralPurpose = GeneralPurpose::new(
+    &alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+
+/// The buffers of a document, each as long as it says.
+pub(super) struct Buffers<'b>(Vec<Cow<'b, [u8]>>);
+
+/// A place in the file, and what is wrong there.
+type Complaint = (String, String);
+
+impl<'b> Buffers<'b> {
+    /// Loads all buffers. `blob` is the binary part of a `.glb`.
+    pub fn load(
+        document: &Document,
+        blob: &'b mut Option<Vec<u8>>,
+        file: &Path,
+        companions: &Companions,
+    ) -> Result<Self, Complaint> {
+        let blob = blob.as_deref();
+        let load = |buffer: Buffer<'_>| {
+            let bytes = match buffer.source() {
+                Source::Bin => blob.map(Cow::Borrowed).ok_or("there is no binary part".into()),
+                Source::Uri(uri) => resolve(uri, file, companions).map(Cow::Owned),
+            };
+            bytes
+                .and_then(|bytes| {
+                    if bytes.len() >= buffer.length() {
+                        return Ok(bytes);
+                    }
+                    let (needed, found) = (buffer.length(), bytes.len());
+                    Err(format!("it is cut off: {needed} bytes are needed, here are {found}"))
+                })
+                .map_err(|problem| (format!("buffer {}", buffer.index()), problem))
+        };
+        document.buffers().map(load).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// The bytes of one.
+    pub fn get(&self, buffer: &Buffer<'_>) -> Option<&[u8]> {
+        self.0.get(buffer.index()).map(AsRef::as_ref)
+    }
+}
+
+fn resolve(uri: &str, file: &Path, companions: &Companions) -> Result<Vec<u8>, String> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (kind, text) = data.split_once(',').ok_or("its `data:` address has no comma")?;
+        if !kind.ends_with(";base64") {
+            return Ok(percent_decode_str(text).collect());
+        }
+        return BASE_64
+            .decode(text.trim())
+            .map_err(|error| format!("its base64 is wrong: {error}"));
+    }
+    if uri.contains("://") {
+        return Err(format!("{uri} is not on this machine; save it beside the file"));
+    }
+    let relative = percent_decode_str(uri).decode_utf8_lossy();
+    let path = file.parent().unwrap_or(Path::new("")).join(&*relative);
+    companions(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))
+}

@@ -1,0 +1,165 @@
+//! Scene files as people have them, through the library and the command line.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use arboleda::{IndexKind, Options, Ray, Vec3};
+use arboleda_host::OwnedIndex;
+use arboleda_host::scene::{self, Model, Origin};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
+    folder
+}
+
+fn arboleda(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_arboleda"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the program starts")
+}
+
+fn load(text: &str, name: &str) -> Model {
+    let path = folder("scenes").join(name);
+    std::fs::write(&path, text).unwrap();
+    scene::load(&path, Origin::Unchanged).unwrap()
+}
+
+/// Counts the rays straight down at the points of a grid that no edge passes through, which hit where
+/// they should not or miss where they should not.
+fn wrong_hits(model: &Model, outline: &[[f64; 2]]) -> (usize, usize) {
+    let owned =
+        OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).expect("an index");
+    let index = owned.index();
+    let index = index.as_ray_index();
+    let bounds = model.bounds();
+    let (mut phantoms, mut leaks) = (0, 0);
+    for step in 0..2_500 {
+        let at = |lo: f32, hi: f32, step: i32| lo + (hi - lo) * (step as f32 + 0.503) / 50.0;
+        let x = at(bounds.lo.x, bounds.hi.x, step % 50);
+        let y = at(bounds.lo.y, bounds.hi.y, step / 50);
+        let inside = outline.iter().zip(outline.iter().cycle().skip(1)).filter(|(a, b)| {
+            let (x, y) = (f64::from(x), f64::from(y));
+            (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+        });
+        let inside = inside.count() % 2 == 1;
+        let hit = index.occluded(&Ray::new(Vec3::new(x, y, 1.0), -Vec3::Z).unwrap());
+        phantoms += usize::from(hit && !inside);
+        leaks += usize::from(inside && !hit);
+    }
+    (phantoms, leaks)
+}
+
+#[test]
+fn concave_polygons_are_hit_where_they_are() {
+    let letter: [[f64; 2]; 8] = [
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 4.0],
+        [3.0, 4.0],
+        [3.0, 1.0],
+        [1.0, 1.0],
+        [1.0, 4.0],
+        [0.0, 4.0],
+    ];
+    let dart = [[0.0, 0.0], [4.0, 2.0], [0.0, 4.0], [1.0, 2.0]];
+    for outline in [&letter[..], &dart] {
+        let vertices: String = outline.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
+        for start in 0..outline.len() {
+            let face: String = (0..outline.len())
+                .map(|at| format!(" {}", (start + at) % outline.len() + 1))
+                .collect();
+            let model = load(&format!("{vertices}f{face}\n"), &format!("concave-{start}.obj"));
+            assert_eq!(model.triangles.len(), outline.len() - 2);
+            assert_eq!(wrong_hits(&model, outline), (0, 0), "from corner {start}");
+        }
+    }
+}
+
+#[test]
+fn a_comb_is_hit_where_it_is() {
+    let text = include_str!("files/comb.obj");
+    let outline: Vec<[f64; 2]> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("v "))
+        .map(|line| {
+            let mut numbers = line.split(' ').map(|word| word.parse().unwrap());
+            [numbers.next().unwrap(), numbers.next().unwrap()]
+        })
+        .collect();
+    let model = load(text, "comb.obj");
+    assert_eq!(model.triangles.len(), outline.len() - 2);
+    assert_eq!(wrong_hits(&model, &outline), (0, 0));
+}
+
+/// A `.npy` file of rays.
+fn npy(descr: &str, columns: usize, data: &[u8], rows: usize) -> Vec<u8> {
+    let header =
+        format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(data);
+    bytes
+}
+
+#[test]
+fn rays_in_the_coordinates_of_a_file_far_away() {
+    let folder = folder("far");
+    // A tile of 10 cm, and rays above its middle and just beside it.
+    let tile = "v 500000.1 4649776.1 7\nv 500000.2 4649776.1 7\nv 500000.2 4649776.2 7\n\
+                v 500000.1 4649776.2 7\nf 1 2 3 4\n";
+    std::fs::write(folder.join("tile.obj"), tile).unwrap();
+    let rays = [[500_000.16, 4_649_776.15], [500_000.21, 4_649_776.15], [500_000.09, 4_649_776.15]];
+    let data: Vec<u8> = rays
+        .iter()
+        .flat_map(|[x, y]| [*x, *y, 9.0, 0.0, 0.0, -1.0_f64])
+        .flat_map(f64::to_le_bytes)
+        .collect();
+    std::fs::write(folder.join("rays.npy"), npy("<f8", 6, &data, 3)).unwrap();
+    let cast = |origin: &[&str]| {
+        let usual =
+            ["cast", "tile.obj", "--rays", "rays.npy", "--hits", "hits.npy", "--index", "bvh"];
+        let output = arboleda(&folder, &[&usual, origin].concat());
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+
+    let before = cast(&[]);
+    assert!(
+        before.contains("warning: tile.obj: rounded to 32 bits, 4 of 4 vertices move"),
+        "{before}"
+    );
+    assert!(
+        before.contains("`--origin auto`, or `--origin 500000.15,4649776.15,7`, keeps"),
+        "{before}"
+    );
+    assert_eq!(before.matches("float64").count(), 1, "{before}");
+    for origin in [["--origin", "auto"], ["--origin", "500000,4649776,0"]] {
+        let after = cast(&origin);
+        assert!(!after.contains("warning"), "{after}");
+        assert!(after.contains("subtracted; add it to positions"), "{after}");
+        assert!(after.contains("bvh: 1 hits of 3 rays"), "{after}");
+        let hits = std::fs::read(folder.join("hits.npy")).unwrap();
+        let records = &hits[hits.len() - 3 * 16..];
+        let first = |record: usize| {
+            let bytes = &records[record * 16..record * 16 + 4];
+            u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+        };
+        assert_eq!([first(0), first(1), first(2)], [0, u32::MAX, u32::MAX]);
+    }
+}
+
+#[test]
+fn errors_tell_their_cause_once() {
+    let output = arboleda(&folder("errors"), &["inspect", "no-such-file.obj"]);
+    assert!(!output.status.success());
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.starts_with("error: cannot read no-such-file.obj: "), "{message}");
+    assert_eq!(message.matches("os error").count(), 1, "{message}");
+    // Only files have an origin.
+    let output = arboleda(&folder("errors"), &["inspect", "--scene", "fig2", "--origin", "auto"]);
+    assert!(!output.status.success());
+}
