@@ -11,7 +11,7 @@ use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{bytes, count, duration, say, table};
 use crate::OwnedIndex;
 use crate::report::{Canvas, paint_clusters};
-use crate::scene::Model;
+use crate::scene::{Census, Model};
 
 /// Clusters with a row of their own in the table.
 const ROWS: usize = 12;
@@ -85,8 +85,13 @@ pub fn describe(
         model.lights.len(),
         if model.lights.len() == 1 { "" } else { "s" },
     );
+    say!("{}", Census::of(model));
     if !bounds.is_empty() {
         say!("box: {} to {}", bounds.lo, bounds.hi);
+    }
+    if model.origin != [0.0; 3] {
+        let [x, y, z] = model.origin;
+        say!("origin: {x},{y},{z} was subtracted; add it to get the file's coordinates");
     }
 
     let mut scratch =

@@ -7,6 +7,7 @@
 //! Every scene but a file's is a function of its options: no clock, no platform's mathematics, z up.
 
 pub mod builtin;
+mod census;
 pub mod city;
 pub mod closed;
 mod error;
@@ -22,6 +23,7 @@ pub mod sized;
 mod surface;
 pub mod teapot;
 
+pub use census::Census;
 pub use error::{LineProblem, SceneError};
 pub use formats::load;
 pub use light::UpAxis;
