@@ -36,9 +36,8 @@ pub(super) fn format(bytes: &[u8], name: &Path) -> Result<Format, SceneError> {
         || matches!(ending, "glb" | "gltf")
     {
         Format::Gltf
-    } else if ending == "stl" {
-        Format::Stl
-    } else if ending != "obj" && (stl::is_binary(bytes) || stl::is_text(bytes)) {
+    } else if ending == "stl" || (ending != "obj" && (stl::is_binary(bytes) || stl::is_text(bytes)))
+    {
         Format::Stl
     } else {
         Format::Obj

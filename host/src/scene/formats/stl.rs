@@ -5,7 +5,7 @@
 //! solid, and take binary files whose heading begins with `solid` for text.
 //!
 //! # Source
-//! 3D Systems, *StereoLithography Interface Specification*, 1988. Normals and attributes are not read.
+//! 3D Systems, *Stereolithography Interface Specification*, 1988. Normals and attributes are not read.
 
 use std::path::Path;
 

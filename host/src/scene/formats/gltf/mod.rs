@@ -55,10 +55,8 @@ pub fn read(
         let place = parent.times(&Matrix::of(&node.transform()));
         if let Some(mesh) = node.mesh() {
             left_out.skins += usize::from(node.skin().is_some());
-            let called = node
-                .name()
-                .or(mesh.name())
-                .map_or_else(|| format!("node {}", node.index()), ToOwned::to_owned);
+            let unnamed = format!("node {}", node.index());
+            let called = node.name().or(mesh.name()).unwrap_or(&unnamed);
             add_mesh(&mut surface, &mesh, called, &place, &buffers, &mut left_out)?;
         }
         // The last in is the first out: children in their order.
@@ -161,15 +159,15 @@ fn validate(root: &Root) -> Result<(), (String, String)> {
 
 /// The nodes of the scene to be shown, or of the first one; without scenes, all that are nobody's child.
 fn roots(document: &Document) -> Vec<(Node<'_>, Matrix)> {
-    let mut roots: Vec<Node<'_>> = match document.default_scene().or(document.scenes().next()) {
-        Some(scene) => scene.nodes().collect(),
-        None => {
-            let mut is_child = vec![false; document.nodes().len()];
-            for child in document.nodes().flat_map(|node| node.children()) {
-                is_child[child.index()] = true;
-            }
-            document.nodes().filter(|node| !is_child[node.index()]).collect()
+    let scene = document.default_scene().or(document.scenes().next());
+    let mut roots: Vec<Node<'_>> = if let Some(scene) = scene {
+        scene.nodes().collect()
+    } else {
+        let mut is_child = vec![false; document.nodes().len()];
+        for child in document.nodes().flat_map(|node| node.children()) {
+            is_child[child.index()] = true;
         }
+        document.nodes().filter(|node| !is_child[node.index()]).collect()
     };
     roots.reverse();
     roots.into_iter().map(|node| (node, Matrix::IDENTITY)).collect()
@@ -178,7 +176,7 @@ fn roots(document: &Document) -> Vec<(Node<'_>, Matrix)> {
 fn add_mesh(
     surface: &mut Surface,
     mesh: &Mesh<'_>,
-    name: String,
+    name: &str,
     place: &Matrix,
     buffers: &Buffers<'_>,
     left_out: &mut LeftOut,
@@ -191,7 +189,7 @@ fn add_mesh(
             continue;
         }
         left_out.morphs += usize::from(primitive.morph_targets().next().is_some());
-        let object = *object.get_or_insert_with(|| surface.add_object(&*name));
+        let object = *object.get_or_insert_with(|| surface.add_object(name));
         surface.begin_part(object, reflectance(&primitive));
         add_primitive(surface, &primitive, place, buffers).map_err(|problem| {
             let place = format!("mesh {}, primitive {}", mesh.index(), primitive.index());

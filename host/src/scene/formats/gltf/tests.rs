@@ -196,7 +196,7 @@ fn damaged_files_are_errors_or_scenes_but_never_panics() {
     }
     for _ in 0..20_000 {
         let mut bytes = good.clone();
-        for _ in 0..1 + draw(3) {
+        for _ in 0..=draw(3) {
             let place = draw(bytes.len());
             bytes[place] = if draw(2) == 0 { b'0' + draw(10) as u8 } else { draw(256) as u8 };
         }

@@ -215,7 +215,7 @@ fn continued_lines_take_linear_time() {
     let count = 600_000;
     let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\nf");
     for corner in 0..count {
-        write!(text, " {}\\{}\n", corner % 3 + 1, if corner % 2 == 0 { "" } else { " \t" })
+        writeln!(text, " {}\\{}", corner % 3 + 1, if corner % 2 == 0 { "" } else { " \t" })
             .unwrap();
     }
     let surface = read(text.as_bytes(), Path::new("test.obj"), &nothing_beside).unwrap();
