@@ -11,7 +11,8 @@
 //!    runs counterclockwise.
 //! 2. Where the fan from the first corner covers it, the fan is taken: always for convex polygons, and
 //!    for others that are seen whole from that corner.
-//! 3. Else ears are cut off, one corner after the other (`ears`).
+//! 3. Else, if its direction goes round once (`turning`), ears are cut off, one corner after the other
+//!    (`ears`).
 //! 4. A polygon without such a division crosses itself: it is fanned, and the caller is told.
 //!
 //! # Invariants
@@ -27,6 +28,7 @@
 mod blockers;
 mod ears;
 mod fan;
+mod turning;
 
 use arboleda::Vec3;
 use robust::Coord;
@@ -83,7 +85,8 @@ impl Divider {
         if fan::covers(&self.points) {
             return Division::Covering;
         }
-        if self.ears.cut(&self.points, &mut self.triangles) {
+        let winds_once = turning::number(&self.points).is_none_or(|turns| turns == 1);
+        if winds_once && self.ears.cut(&self.points, &mut self.triangles) {
             return Division::Covering;
         }
         self.triangles.clear();

@@ -135,7 +135,9 @@ fn outlines_that_cross_themselves_are_fanned() {
     let star = [0, 2, 4, 1, 3].map(|at| [[0, 9], [-9, 2], [-6, -8], [6, -8], [9, 2]][at]);
     let bow_tie = [[0, 0], [2, 2], [2, 0], [0, 2]];
     let uneven = [[0, 0], [4, 4], [4, 0], [0, 2]];
-    for outline in [&star[..], &bow_tie, &uneven] {
+    // Twice around its middle: ears alone would find nothing wrong.
+    let coil = [[0, 0], [6, 0], [6, 6], [0, 6], [0, 1], [5, 1], [5, 5], [1, 5]];
+    for outline in [&star[..], &bow_tie, &uneven, &coil] {
         in_all_ways(outline, |outline, _| assert!(is_crossing(outline), "{outline:?}"));
     }
     // Without area there is nothing that could be wrong.
