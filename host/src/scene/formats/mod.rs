@@ -7,6 +7,7 @@
 //! as materials, are asked of a function.
 
 pub mod gltf;
+mod lines;
 pub mod obj;
 pub mod ply;
 mod recognise;

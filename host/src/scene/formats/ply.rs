@@ -6,6 +6,7 @@
 //! G. Turk, *The PLY polygon file format*, 1994. Read are the elements `vertex` (`x`, `y`, `z`) and `face`
 //! (`vertex_indices` or `vertex_index`); colours, normals and strips are not.
 
+use std::borrow::Cow;
 use std::io::BufRead;
 use std::path::Path;
 
@@ -24,6 +25,7 @@ use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
 /// [`SceneError::Malformed`], [`SceneError::NoFaces`].
 pub fn read(bytes: &[u8], name: &Path) -> Result<Surface, SceneError> {
     let mut surface = Surface::new(name);
+    let bytes = &*with_usual_lines(bytes);
     // 1. The header. Decimals are read in f64, whatever is declared: the origin is subtracted first.
     let mut reader = Reader::new(bytes);
     let header = Parser::<Skipped>::new().read_header(&mut reader);
@@ -90,6 +92,17 @@ pub fn read(bytes: &[u8], name: &Path) -> Result<Surface, SceneError> {
         }
         None => Ok(surface),
     }
+}
+
+/// A text whose lines end as on old Macintoshes, with the ends that the parser knows.
+fn with_usual_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
+    const LONGEST_HEADING: usize = 1000;
+    let heading = &bytes[..bytes.len().min(LONGEST_HEADING)];
+    let is_text = heading.starts_with(b"ply\r")
+        && !heading.starts_with(b"ply\r\n")
+        && memchr::memmem::find(heading, b"\rformat ascii").is_some();
+    let turned = |&byte: &u8| if byte == b'\r' { b'\n' } else { byte };
+    if is_text { bytes.iter().map(turned).collect() } else { bytes.into() }
 }
 
 /// The rows of an element.
@@ -253,8 +266,10 @@ mod tests {
             .map(|triangle| triangle.normal().length() / 2.0)
             .collect();
         assert_eq!((areas.len(), areas[0] + areas[1], areas[2]), (3, 6.0, 8.0));
-        let windows = text.replace('\n', "\r\n");
-        assert_eq!(import(windows.as_bytes()).unwrap().model, expected.model);
+        for ending in ["\r\n", "\r"] {
+            let text = text.replace('\n', ending);
+            assert_eq!(import(text.as_bytes()).unwrap().model, expected.model);
+        }
 
         for big in [false, true] {
             let format = if big { "binary_big_endian" } else { "binary_little_endian" };

@@ -9,6 +9,7 @@
 
 use std::path::Path;
 
+use super::lines::lines;
 use crate::scene::SceneError;
 use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
 
@@ -98,7 +99,7 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
     let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
     let mut name = String::new();
     let mut is_begun = false;
-    for (number, line) in (1..).zip(text.lines()) {
+    for (number, line) in (1..).zip(lines(text)) {
         let wrong = |surface: &Surface, problem: &dyn std::fmt::Display| {
             surface.malformed(format!("line {number}"), problem)
         };
@@ -181,6 +182,8 @@ mod tests {
         let model = import(TEXT.as_bytes()).unwrap().model;
         assert_eq!(model.object_names, ["a part", "unnamed"]);
         assert_eq!((model.objects.as_slice(), model.triangles[1].b.z), (&[0, 1][..], 1.0));
+        let macintosh = import(TEXT.replace('\n', "\r").as_bytes()).unwrap().model;
+        assert_eq!(macintosh, model);
         // Also where the heading looks like text.
         for heading in ["", "solid facet"] {
             let triangle = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];

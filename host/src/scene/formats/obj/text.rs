@@ -7,6 +7,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
 
 use crate::scene::LineProblem;
+use crate::scene::formats::lines::lines;
 
 /// An OBJ text with nothing wrong in it.
 pub(super) struct Reduced {
@@ -38,14 +39,14 @@ pub(super) fn reduce(source: &str) -> Result<Reduced, Complaint> {
     let mut reducer = Reducer::default();
     // Some editors begin files with a byte order mark.
     let source = source.strip_prefix('\u{feff}').unwrap_or(source);
-    let mut lines = (1..).zip(Lines { rest: source });
+    let mut numbered = (1..).zip(lines(source));
     let mut joined = String::new();
-    while let Some((number, first)) = lines.next() {
+    while let Some((number, first)) = numbered.next() {
         let line = match continued(first).filter(|_| !holds_a_name(first)) {
             None => first,
             Some(begun) => {
                 begun.clone_into(&mut joined);
-                for (_, next) in lines.by_ref() {
+                for (_, next) in numbered.by_ref() {
                     joined.push(' ');
                     let part = continued(next);
                     joined.push_str(part.unwrap_or(next));
@@ -60,26 +61,6 @@ pub(super) fn reduce(source: &str) -> Result<Reduced, Complaint> {
         reducer.note_highest(number);
     }
     reducer.finish()
-}
-
-/// The lines of a text, whether they end as on Unix, Windows or old Macintoshes.
-struct Lines<'t> {
-    rest: &'t str,
-}
-
-impl<'t> Iterator for Lines<'t> {
-    type Item = &'t str;
-
-    fn next(&mut self) -> Option<&'t str> {
-        if self.rest.is_empty() {
-            return None;
-        }
-        let end = memchr::memchr2(b'\n', b'\r', self.rest.as_bytes());
-        let (line, ending) = self.rest.split_at(end.unwrap_or(self.rest.len()));
-        let after = ending.strip_prefix("\r\n").or(ending.get(1..));
-        self.rest = after.unwrap_or_default();
-        Some(line)
-    }
 }
 
 /// What stands before the backslash of a line that the next one continues. Blanks may follow the
