@@ -18,6 +18,7 @@ mod offset;
 mod random;
 mod shoot;
 mod shot;
+mod side;
 #[cfg(test)]
 mod tests;
 mod trace;
@@ -28,4 +29,6 @@ pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
 pub use shoot::{CHUNK, Counting, ShootOptions, shoot};
 pub use shot::Shot;
+pub use side::Side;
 pub use trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};
+pub(crate) use vector::Vector64;

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use super::digest::Digest;
 use super::shot::Shot;
+use super::side::Side;
 use super::trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};
 use crate::scene::Model;
 
@@ -31,6 +32,9 @@ pub const CHUNK: u64 = 1024;
 const EVENT_BYTES: usize = 8 + 5 * 4;
 /// Events that are hashed at once: 28 KiB, above the 8 KiB from which BLAKE3 uses whole vectors.
 const EVENTS_AT_ONCE: usize = 1024;
+
+/// Chunks whose tallies are kept until they are summed: 2 MB, 16 million photons.
+const CHUNKS_AT_ONCE: u64 = 1 << 14;
 
 /// Whether the index counts what it does; counting costs a little time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -125,35 +129,46 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     let photons = if tracer.emitter().is_dark() { 0 } else { options.photons };
     // One table for all threads: a table for each would take more memory than the scene. Sums of
     // integers do not depend on the order, so the weakest ordering is enough.
-    let hit_counts: Vec<AtomicU64> = model.triangles.iter().map(|_| AtomicU64::new(0)).collect();
+    let hit_counts: Vec<[AtomicU64; 2]> =
+        model.triangles.iter().map(|_| [const { AtomicU64::new(0) }; 2]).collect();
 
-    // 1. Chunks, in parallel; collected in their order.
-    let tallies: Vec<Tally> = (0..photons.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let first = chunk * CHUNK;
-            let end = photons.min(first.saturating_add(CHUNK));
-            let mut tally = Tally::default();
-            let mut events = EventHasher::new();
-            tally.add_photons(&tracer, first..end, index, options.counting, |segment, hit| {
-                events.add(segment, hit);
-                if let Some(count) = hit_counts.get(hit.triangle.0 as usize) {
-                    count.fetch_add(1, Ordering::Relaxed);
-                }
-            });
-            tally.digest = events.finish();
-            progress(end - first);
-            tally
-        })
-        .collect();
-
-    // 2. Sums.
+    // 1. Chunks, in parallel; summed in their order, some thousand at a time, so that memory does not grow
+    //    with the photons.
     let mut all = Tally::default();
     let mut digests = blake3::Hasher::new();
-    for tally in &tallies {
-        all.join(tally);
-        digests.update(&tally.digest);
+    let shoot_chunk = |chunk: u64| {
+        let first = chunk * CHUNK;
+        let end = photons.min(first.saturating_add(CHUNK));
+        let mut tally = Tally::default();
+        let mut events = EventHasher::new();
+        tally.add_photons(&tracer, first..end, index, options.counting, |segment, hit| {
+            events.add(segment, hit);
+            let id = hit.triangle.0 as usize;
+            if let (Some(triangle), Some(sides)) = (model.triangles.get(id), hit_counts.get(id)) {
+                let side = Side::met(triangle, &segment.ray);
+                sides[side as usize].fetch_add(1, Ordering::Relaxed);
+            }
+        });
+        tally.digest = events.finish();
+        progress(end - first);
+        tally
+    };
+    let chunks = photons.div_ceil(CHUNK);
+    for first in (0..chunks).step_by(CHUNKS_AT_ONCE as usize) {
+        let some = first..chunks.min(first + CHUNKS_AT_ONCE);
+        let tallies: Vec<Tally> = some.into_par_iter().map(shoot_chunk).collect();
+        for tally in &tallies {
+            all.join(tally);
+            digests.update(&tally.digest);
+        }
     }
+
+    // 2. The two sides of each triangle.
+    let sides = |side: Side| {
+        hit_counts.iter().map(move |counts| counts[side as usize].load(Ordering::Relaxed))
+    };
+    let front_hit_counts: Vec<u64> = sides(Side::Front).collect();
+    let both = front_hit_counts.iter().zip(sides(Side::Back)).map(|(front, back)| front + back);
     Shot {
         emitted_photons: photons,
         absorbed: all.absorbed,
@@ -163,7 +178,8 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
         bounce_count: all.bounce_count,
         hit_count: all.hit_count,
         ray_count: all.ray_count,
-        hit_counts: hit_counts.into_iter().map(AtomicU64::into_inner).collect(),
+        hit_counts: both.collect(),
+        front_hit_counts,
         total_flux: tracer.emitter().total_flux(),
         counters: (options.counting == Counting::On).then_some(all.counters),
         digest: Digest(*digests.finalize().as_bytes()),

@@ -9,7 +9,7 @@ use arboleda::Vec3;
 
 /// Three coordinates in `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Vector64 {
+pub(crate) struct Vector64 {
     pub x: f64,
     pub y: f64,
     pub z: f64,
