@@ -19,6 +19,7 @@
 mod automatic;
 pub mod bench;
 pub mod commands;
+mod file_output;
 mod owned_index;
 #[cfg(feature = "peers")]
 pub mod peers;

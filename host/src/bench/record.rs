@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use serde::Serialize;
 
 use super::provenance::Provenance;
 use super::run::Measurement;
+use crate::file_output::write_file;
 
 /// One measurement, complete with where it comes from.
 #[derive(Clone, Debug, Serialize)]
@@ -126,11 +126,12 @@ impl Recorder {
     /// # Errors
     /// If the file cannot be written.
     pub fn write_csv(&self, path: &Path) -> anyhow::Result<()> {
-        let context = || format!("cannot write {}", path.display());
-        let mut writer = csv::Writer::from_path(path).with_context(context)?;
-        for record in &self.records {
-            writer.serialize(record).with_context(context)?;
-        }
-        writer.flush().with_context(context)
+        write_file(path, |file| {
+            let mut writer = csv::Writer::from_writer(file);
+            for record in &self.records {
+                writer.serialize(record)?;
+            }
+            writer.flush()
+        })
     }
 }

@@ -1,9 +1,15 @@
 //! Pixels, lines and PNG files.
 
+use std::io;
 use std::path::Path;
 
-use anyhow::Context;
-use image::{Rgb, RgbImage};
+use image::codecs::png::PngEncoder;
+use image::{ImageError, Rgb, RgbImage};
+use noto_sans_mono_bitmap::{
+    FontWeight, RasterHeight, RasterizedChar, get_raster, get_raster_width,
+};
+
+use crate::file_output::write_file;
 
 /// Linear red, green and blue, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +38,12 @@ impl Colour {
         Rgb([self.0, self.1, self.2].map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8))
     }
 }
+
+/// The letters of all text.
+const LETTERS: RasterHeight = RasterHeight::Size16;
+const LETTER_WIDTH: i64 = get_raster_width(FontWeight::Regular, LETTERS) as i64;
+/// Pixels down of a line of text.
+pub const TEXT_HEIGHT: i64 = LETTERS as i64;
 
 /// A picture being drawn.
 pub struct Canvas {
@@ -115,6 +127,31 @@ impl Canvas {
         }
     }
 
+    /// Writes a line of text whose upper left corner is given, over a faint ground. What is not ASCII is shown as `?`.
+    pub fn text(&mut self, (left, top): (i64, i64), text: &str, colour: Colour, ground: Colour) {
+        let (width, height) = (Self::text_width(text), TEXT_HEIGHT);
+        for y in top - 1..=top + height {
+            for x in left - 3..left + width + 3 {
+                self.blend(x, y, ground, 0.7);
+            }
+        }
+        for (at, letter) in (0..).zip(text.chars()) {
+            let raster = get_raster(letter, FontWeight::Regular, LETTERS)
+                .or_else(|| get_raster('?', FontWeight::Regular, LETTERS));
+            let rows = raster.iter().flat_map(RasterizedChar::rows);
+            for (y, row) in (top..).zip(rows) {
+                for (x, &cover) in (left + at * LETTER_WIDTH..).zip(row) {
+                    self.blend(x, y, colour, f32::from(cover) / 255.0);
+                }
+            }
+        }
+    }
+
+    /// Pixels across of a line of text.
+    pub fn text_width(text: &str) -> i64 {
+        text.chars().count() as i64 * LETTER_WIDTH
+    }
+
     /// Copies another picture to a place on this one.
     pub fn paste(&mut self, other: &Self, left: u32, top: u32) {
         for y in 0..other.height.min(self.height.saturating_sub(top)) {
@@ -126,18 +163,20 @@ impl Canvas {
         }
     }
 
-    /// Writes the picture, making the folder if needed.
+    /// Writes the picture as PNG, whatever the file is called.
     ///
     /// # Errors
-    /// If the folder cannot be made or the file cannot be written.
+    /// If the file cannot be written.
     pub fn save(&self, path: &Path) -> anyhow::Result<()> {
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        }
         let image = RgbImage::from_fn(self.width, self.height, |x, y| {
             self.pixels[y as usize * self.width as usize + x as usize].to_pixel()
         });
-        image.save(path).with_context(|| format!("cannot write the picture {}", path.display()))
+        write_file(path, |file| {
+            let encoder = PngEncoder::new(file);
+            image.write_with_encoder(encoder).map_err(|error| match error {
+                ImageError::IoError(error) => error,
+                other => io::Error::other(other),
+            })
+        })
     }
 }

@@ -8,6 +8,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::plot::{Plot, escape};
+use crate::file_output::write_file;
 
 /// Light or dark as the reader likes it; wide tables scroll by themselves.
 const STYLE: &str = "\
@@ -146,7 +147,7 @@ impl Page {
             escape(&self.title),
             self.body
         );
-        std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+        write_file(path, |file| file.write_all(text.as_bytes()))
     }
 }
 

@@ -1,0 +1,183 @@
+//! Files that are written whole or not at all.
+//!
+//! ```text
+//! check_writable ... work ... write_file: beside the target, then renamed over it
+//! ```
+//! An interrupted or failed write leaves what was there before. What is no regular file, as a pipe or a device, is
+//! written directly.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use tempfile::NamedTempFile;
+
+/// Finds out whether a file can be written, before the work that it is for. Leaves nothing behind.
+///
+/// # Errors
+/// If there is no such folder, if nothing can be made in it, or if the file is a folder or read-only.
+pub fn check_writable(path: &Path) -> anyhow::Result<()> {
+    match Target::of(path)? {
+        Target::Stream => Ok(()),
+        Target::Regular { folder, .. } => {
+            temporary(&folder).map(drop).with_context(|| cannot_write(path))
+        }
+    }
+}
+
+/// Writes a file by what `fill` writes.
+///
+/// # Errors
+/// As [`check_writable`]; if `fill` fails, or the device is full.
+pub fn write_file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> anyhow::Result<()> {
+    let filled = |file: &File| -> io::Result<()> {
+        let mut writer = BufWriter::new(file);
+        fill(&mut writer)?;
+        writer.flush()
+    };
+    match Target::of(path)? {
+        Target::Stream => {
+            let file =
+                OpenOptions::new().write(true).open(path).with_context(|| cannot_write(path))?;
+            filled(&file).with_context(|| cannot_write(path))
+        }
+        Target::Regular { file, folder } => {
+            let part = temporary(&folder).with_context(|| cannot_write(path))?;
+            filled(part.as_file()).with_context(|| cannot_write(path))?;
+            // A file that is replaced keeps who may read it.
+            if let Ok(replaced) = fs::metadata(&file) {
+                part.as_file()
+                    .set_permissions(replaced.permissions())
+                    .with_context(|| cannot_write(path))?;
+            }
+            part.persist(&file).map_err(|error| error.error).with_context(|| cannot_write(path))?;
+            Ok(())
+        }
+    }
+}
+
+/// Makes a folder for files, and those above it.
+///
+/// # Errors
+/// If it cannot be made, or nothing in it.
+pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder)
+        .and_then(|()| temporary(folder).map(drop))
+        .with_context(|| format!("cannot write into the folder {}", folder.display()))
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
+}
+
+/// What a path leads to.
+enum Target {
+    /// A pipe, a terminal, a device.
+    Stream,
+    /// A file that is there or can be.
+    Regular { file: PathBuf, folder: PathBuf },
+}
+
+impl Target {
+    fn of(path: &Path) -> anyhow::Result<Self> {
+        if let Ok(present) = fs::metadata(path) {
+            ensure!(!present.is_dir(), "{}: it is a folder", cannot_write(path));
+            // Below /dev, a redirected standard output is a regular file that must not be replaced.
+            if !present.is_file() || path.starts_with("/dev") || path.starts_with("/proc") {
+                return Ok(Self::Stream);
+            }
+            ensure!(!present.permissions().readonly(), "{}: it is read-only", cannot_write(path));
+        }
+        // The file that a link leads to is replaced, not the link.
+        let file = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let folder = match file.parent() {
+            Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
+            Some(folder) => folder.to_owned(),
+            None => bail!("{}: it is a folder", cannot_write(path)),
+        };
+        ensure!(folder.is_dir(), "{}: there is no folder {}", cannot_write(path), folder.display());
+        Ok(Self::Regular { file, folder })
+    }
+}
+
+/// A file that vanishes if it is not renamed; readable by whom the system's mask allows.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".arboleda-").suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn a_file_is_written_whole_or_stays_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        check_writable(&path).unwrap();
+        assert!(names(folder.path()).is_empty(), "checking leaves nothing");
+        write_file(&path, |writer| writer.write_all(b"first")).unwrap();
+        let failed = write_file(&path, |writer| {
+            writer.write_all(b"second")?;
+            Err(io::Error::other("no more"))
+        });
+        assert_eq!(
+            format!("{:#}", failed.unwrap_err()),
+            format!("{}: no more", cannot_write(&path))
+        );
+        assert_eq!(fs::read(&path).unwrap(), b"first");
+        assert_eq!(names(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_told_beforehand() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = check_writable(&folder.path().join("no/a.txt")).unwrap_err().to_string();
+        assert!(missing.contains("there is no folder"), "{missing}");
+        let is_folder = check_writable(folder.path()).unwrap_err().to_string();
+        assert!(is_folder.ends_with("it is a folder"), "{is_folder}");
+        let path = folder.path().join("kept.txt");
+        fs::write(&path, "kept").unwrap();
+        let mut permissions = fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        let read_only = check_writable(&path).unwrap_err().to_string();
+        assert!(read_only.ends_with("it is read-only"), "{read_only}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_on_and_permissions_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let [path, link] = ["a.txt", "link.txt"].map(|name| folder.path().join(name));
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        symlink(&path, &link).unwrap();
+        write_file(&link, |writer| writer.write_all(b"new")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_device_is_an_error() {
+        let full = Path::new("/dev/full");
+        check_writable(full).unwrap();
+        let error = write_file(full, |writer| writer.write_all(b"lost")).unwrap_err();
+        assert!(format!("{error:#}").starts_with("cannot write /dev/full: "), "{error:#}");
+    }
+}
