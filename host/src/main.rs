@@ -2,15 +2,6 @@
 
 use std::process::ExitCode;
 
-use arboleda_host::commands::CommandLine;
-use clap::Parser;
-
 fn main() -> ExitCode {
-    match CommandLine::parse().run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    arboleda_host::commands::run(std::env::args_os())
 }

@@ -1,13 +1,40 @@
-//! How far a study has come.
+//! How far something has come, on stderr where that is a terminal, unless `--quiet` was given.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use std::time::Duration;
 
-/// A bar on stderr that counts measurements; nothing where stderr is no terminal.
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// A bar that counts measurements.
 pub fn step_bar(steps: u64, label: &str) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{prefix:>18} {bar:40} {pos}/{len}, {elapsed}, {eta} left");
-    let bar = ProgressBar::new(steps).with_prefix(label.to_owned());
-    match style {
+    bar(steps, label, "{prefix:>18} {bar:40} {pos}/{len}, {elapsed}, {eta} left")
+}
+
+/// A bar that counts photons.
+pub fn photon_bar(photons: u64, label: &str) -> ProgressBar {
+    bar(
+        photons,
+        label,
+        "{prefix:>18} {bar:40} {human_pos}/{human_len} photons, {per_sec}, {eta} left",
+    )
+}
+
+/// Says what is being done and for how long, until it is done.
+pub fn during<T>(label: &str, work: impl FnOnce() -> T) -> T {
+    let spinner = bar(0, label, "{prefix:>18} {spinner} {elapsed}");
+    spinner.enable_steady_tick(Duration::from_millis(250));
+    let result = work();
+    spinner.finish_and_clear();
+    result
+}
+
+fn bar(length: u64, label: &str, template: &str) -> ProgressBar {
+    let target = if log::log_enabled!(log::Level::Info) {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(length), target).with_prefix(label.to_owned());
+    match ProgressStyle::with_template(template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

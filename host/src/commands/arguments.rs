@@ -3,10 +3,14 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use arboleda::{BvhBuild, IndexKind, Level, Options, Resolution, Scene};
+use arboleda::{BuildError, BvhBuild, IndexKind, Level, Options, Resolution, Scene};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 
-use crate::owned_index::{kind_by_name, kind_names};
+use super::output::bytes;
+use super::values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
+use crate::bench::progress::during;
+use crate::owned_index::kind_by_name;
 use crate::scene::{self, Model, Origin, UpAxis};
 use crate::select_index;
 
@@ -50,6 +54,10 @@ impl SceneArguments {
     /// # Errors
     /// If neither or an unknown scene is named, or the file cannot be used.
     pub fn load(&self) -> anyhow::Result<Model> {
+        during("loading", || self.load_unwatched())
+    }
+
+    fn load_unwatched(&self) -> anyhow::Result<Model> {
         match (&self.file, &self.scene) {
             (Some(path), _) => Ok(scene::load(path, self.origin.get())?),
             (None, Some(_)) if self.origin.get() != Origin::Unchanged => {
@@ -68,20 +76,23 @@ impl SceneArguments {
 #[derive(Args, Clone, Debug)]
 pub struct BuildArguments {
     /// A cell with at most this many triangles is not divided
-    #[arg(long, value_name = "N", default_value_t = Options::default().leaf_capacity)]
+    #[arg(long, value_name = "N", default_value_t = Options::default().leaf_capacity,
+        value_parser = whole::<u32>(1..=u32::MAX.into()))]
     leaf_capacity: u32,
     /// The highest level of an octree, 0 to 20 [default: found by estimated cost]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=20))]
     level: Option<u32>,
     /// Primitives whose boxes are at most this multiple of the class's median diagonal apart are in
     /// one cluster
-    #[arg(long, value_name = "X", default_value_t = Options::default().proximity)]
+    #[arg(long, value_name = "X", default_value_t = Options::default().proximity,
+        value_parser = number(0.0..=1e6))]
     proximity: f32,
     /// The most size classes, 1 to 4
-    #[arg(long, value_name = "N", default_value_t = Options::default().size_classes)]
+    #[arg(long, value_name = "N", default_value_t = Options::default().size_classes,
+        value_parser = whole::<u32>(1..=4))]
     size_classes: u32,
-    /// The cells of uniform grids, for each triangle [default: found by estimated cost]
-    #[arg(long, value_name = "X")]
+    /// The cells of uniform grids, for each triangle, 0.001 to 1024 [default: found by estimated cost]
+    #[arg(long, value_name = "X", value_parser = number(0.001..=1024.0))]
     cells_per_triangle: Option<f32>,
     /// Build bounding volume hierarchies by inserting triangles one by one (Goldsmith and Salmon)
     #[arg(long)]
@@ -117,10 +128,10 @@ impl BuildArguments {
 #[derive(Args, Clone, Debug)]
 pub struct MeasureArguments {
     /// Photons to each repetition
-    #[arg(long, value_name = "N", default_value_t = 30_000)]
+    #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = whole::<u64>(1..=MOST_REPLAYED_PHOTONS))]
     pub photons: u64,
     /// How often the rays are replayed
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>(1..=MOST_REPETITIONS))]
     pub repetitions: usize,
     /// Another seed gives other photons
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -140,8 +151,8 @@ impl MeasureArguments {
 /// Which index, or all.
 #[derive(Args, Clone, Debug)]
 pub struct IndexChoice {
-    /// The index: linear, octree, octree-hierarchy, ... or all; `auto` tries each and chooses by estimated cost
-    #[arg(long, value_name = "NAME", default_value = "auto")]
+    /// The index. One whose name ends in -hierarchy is built in each cluster
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = index_names())]
     index: String,
 }
 
@@ -149,20 +160,18 @@ impl IndexChoice {
     /// The kinds named. The automatic choice prints why on stderr.
     ///
     /// # Errors
-    /// For an unknown name; lists the known ones. If the scene cannot be indexed.
+    /// If the scene cannot be indexed.
     pub fn kinds(&self, scene: &Scene<'_>, options: &Options) -> anyhow::Result<Vec<IndexKind>> {
         if self.is_all() {
             return Ok(IndexKind::ALL.to_vec());
         }
         if self.index == "auto" {
-            let selection = select_index(scene, options)?;
-            eprintln!("{selection}");
+            let selection = during("choosing an index", || select_index(scene, options));
+            let selection = selection.map_err(|error| unbuilt(&error))?;
+            log::info!("{selection}");
             return Ok(vec![selection.kind()]);
         }
-        let kind = kind_by_name(&self.index).with_context(|| {
-            let names = kind_names().collect::<Vec<_>>().join(", ");
-            format!("there is no index {:?}; there are {names}, all and auto", self.index)
-        })?;
+        let kind = kind_by_name(&self.index).context("the parser knows all names")?;
         Ok(vec![kind])
     }
 
@@ -176,5 +185,77 @@ impl IndexChoice {
     /// Whether `all` was asked for.
     pub fn is_all(&self) -> bool {
         self.index == "all"
+    }
+}
+
+/// Accepts the names of all indices, `auto` and `all`; help lists them.
+fn index_names() -> PossibleValuesParser {
+    let special = [
+        PossibleValue::new("auto")
+            .help("tries the usual ones and takes the cheapest by estimated cost"),
+        PossibleValue::new("all").help("each in turn"),
+    ];
+    let kinds =
+        IndexKind::ALL.iter().map(|&kind| PossibleValue::new(kind.name()).help(what_it_is(kind)));
+    PossibleValuesParser::new(special.into_iter().chain(kinds))
+}
+
+/// Says in a few words how an index divides the scene.
+fn what_it_is(kind: IndexKind) -> &'static str {
+    match kind {
+        IndexKind::Linear => {
+            "every triangle, one after the other: slow, and what the others are checked against"
+        }
+        IndexKind::Octree => "cubes, divided in the middle",
+        IndexKind::OctreeHierarchy => {
+            "the paper's: an octree in each cluster, joined by a binary tree"
+        }
+        IndexKind::OctreeR => "an octree whose planes lie where they cost least",
+        IndexKind::UniformGrid => "equal cells",
+        IndexKind::GridHierarchy => "equal cells in each cluster (Cazals, Drettakis, Puech)",
+        IndexKind::KdTree => "planes by surface-area cost",
+        IndexKind::BspTree => "planes in the middle, the axes in turn",
+        IndexKind::Bvh => "a bounding volume hierarchy of two children a node",
+        IndexKind::WideOctree => {
+            "boxes by surface-area cost, eight children a node: usually the fastest"
+        }
+        IndexKind::CompactOctree => "the same in half the bytes, a little slower",
+        IndexKind::LeanOctree => "the same in the fewest bytes, for a mesh that is kept anyway",
+        _ => "the same in each cluster",
+    }
+}
+
+/// Says why an index was not built in terms of the command line, which knows no arenas.
+pub fn unbuilt(error: &BuildError) -> anyhow::Error {
+    match *error {
+        BuildError::ArenaFull { needed, .. } | BuildError::ScratchFull { needed, .. } => {
+            anyhow::anyhow!(
+                "the index would take {}, more than is given to this scene: lower --level, raise --leaf-capacity, \
+             or name another with --index",
+                bytes(needed)
+            )
+        }
+        BuildError::TooLarge => anyhow::anyhow!(
+            "the index outgrows 32-bit links: lower --level, raise --leaf-capacity, or name another with --index"
+        ),
+        ref other => anyhow::anyhow!("{other}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_builds_name_options_and_no_arenas() {
+        for error in [
+            BuildError::ArenaFull { needed: 3 << 30, given: 1 << 20 },
+            BuildError::ScratchFull { needed: 3 << 30, given: 1 << 20 },
+            BuildError::TooLarge,
+        ] {
+            let text = unbuilt(&error).to_string();
+            assert!(text.contains("--level") && text.contains("--index"), "{text}");
+            assert!(!text.contains("arena") && !text.contains("scratch"), "{text}");
+        }
     }
 }

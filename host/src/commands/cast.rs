@@ -1,37 +1,56 @@
 //! `arboleda cast`: rays from a file, hits to a file.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::ensure;
 use arboleda::{Hit, IndexKind, Ray, RayError, RayIndex};
 use clap::{Args, ValueEnum};
-use npyz::WriterBuilder;
 use rayon::prelude::*;
 
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
+use super::hit_files::{Record, normals, write_npy, write_objects, write_points};
+use super::values::file_ending_in;
+use crate::bench::progress::during;
+use crate::file_output::check_writable;
+use crate::scene::Model;
 use crate::{OwnedIndex, Threads, rays};
 
 /// So many of the rays, evenly spread, tell the automatic choice of an index what is asked.
 const SAMPLE_RAYS: usize = 1024;
 
-/// Answer the rays of a `NumPy` file.
+/// Answer the rays of a NumPy file
 ///
-/// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): and `t_min`, `t_max` (else 0 and +inf).
-/// Origins are in the coordinates of the scene's file, also with `--origin`.
-/// HITS is a structured array [('triangle','<u4'),('t','<f4'),('u','<f4'),('v','<f4')] in ray order;
-/// triangle ids count faces in file order after triangulation, a miss is 0xFFFFFFFF and +inf.
+/// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): and t_min, t_max (else 0 and +inf). A
+/// direction need not be of unit length; t counts in its lengths. Origins are in the coordinates of the scene's file,
+/// also with `--origin`.
+///
+/// HITS is a structured array [('triangle','<u4'),('t','<f4'),('u','<f4'),('v','<f4')] in ray order; triangle ids
+/// count faces in file order after triangulation, u and v are the weights of the second and third corner, a miss is
+/// 0xFFFFFFFF and +inf. POINTS and NORMALS are float32 of shape (N, 3), a row for each hit of HITS; with
+/// `--origin`, POINTS is float64, in the coordinates of the scene's file.
 #[derive(Args)]
+// Names as NumPy users write them, not as code.
+#[allow(clippy::doc_markdown)]
 pub struct Cast {
     #[command(flatten)]
     scene: SceneArguments,
     /// The rays: a .npy file
     #[arg(long, value_name = "RAYS.npy")]
     rays: PathBuf,
-    /// Where the hits go: a .npy file; with `--index all`, h.npy gives h.linear.npy and so on
-    #[arg(long, value_name = "HITS.npy")]
-    hits: PathBuf,
+    /// Where the hits go: a .npy file; with `--index all`, h.npy gives h.linear.npy and so on, as with all below
+    #[arg(long, value_name = "HITS.npy", required_unless_present_any = ["points", "normals", "object_names"])]
+    hits: Option<PathBuf>,
+    /// Write the hit points, too: float32, NaN for a miss; each lies on its triangle as far as float32 allows
+    #[arg(long, value_name = "POINTS.npy")]
+    points: Option<PathBuf>,
+    /// Write the geometric unit normals, too: float32, NaN for a miss. They point to where the corners, in their order
+    /// in the file, are seen counter-clockwise, wherever the ray came from; computed in double precision
+    #[arg(long, value_name = "NORMALS.npy")]
+    normals: Option<PathBuf>,
+    /// Write which triangles belong to which object: rows of first_triangle, triangle_count, object; an object of the
+    /// file is its `o` and `g` names
+    #[arg(long, value_name = "OBJECTS.csv", value_parser = file_ending_in(&["csv"]))]
+    object_names: Option<PathBuf>,
     /// What to ask of each ray
     #[arg(long, value_enum, default_value_t = Question::Closest)]
     query: Question,
@@ -47,22 +66,8 @@ enum Question {
     Closest,
     /// Whether anything is hit: triangle 0 and t = u = v = 0, or a miss
     Occluded,
-    /// Every hit, by ray, then by (t, triangle); h.offsets.npy says at which record each ray begins
+    /// Every hit, by ray, then by (t, triangle); h.offsets.npy beside h.npy says at which record each ray begins
     All,
-}
-
-#[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]
-struct Record {
-    triangle: u32,
-    t: f32,
-    u: f32,
-    v: f32,
-}
-
-impl From<Hit> for Record {
-    fn from(hit: Hit) -> Self {
-        Self { triangle: hit.triangle.0, t: hit.t, u: hit.u, v: hit.v }
-    }
 }
 
 impl Cast {
@@ -71,9 +76,10 @@ impl Cast {
     /// # Errors
     /// If a file cannot be read or written, or the rays have another shape.
     pub fn run(&self) -> anyhow::Result<()> {
-        let table = rays::load(&self.rays)?;
+        self.check_outputs()?;
+        let table = during("reading rays", || rays::load(&self.rays))?;
         if table.is_rounded() {
-            eprintln!("{}: float64 values are rounded to float32", self.rays.display());
+            log::warn!("{}: float64 values are rounded to float32", self.rays.display());
         }
         let model = self.scene.load()?;
         let rays = table.rays(model.origin);
@@ -82,16 +88,40 @@ impl Cast {
         let step = rays.len().div_ceil(SAMPLE_RAYS).max(1);
         let some: Vec<Ray> = rays.iter().step_by(step).filter_map(|ray| ray.ok()).collect();
         let scene = self.build.scene(&model).rays(&some).expecting(rays.len() as u64);
-        let kinds = self.index.kinds(&scene, &self.build.options())?;
-        for &kind in &kinds {
-            let owned =
-                OwnedIndex::build_with(kind, &scene, &self.build.options(), &Threads::default())?;
-            let path = if self.index.is_all() {
-                named(&self.hits, kind.name())
-            } else {
-                self.hits.clone()
-            };
-            self.answer(kind, &owned, &rays, &path)?;
+        if let Some(path) = &self.object_names {
+            write_objects(path, &model)?;
+        }
+        if self.files().next().is_none() {
+            return Ok(());
+        }
+        let options = self.build.options();
+        for kind in self.index.kinds(&scene, &options)? {
+            let build = || OwnedIndex::build_with(kind, &scene, &options, &Threads::default());
+            let owned = during("building", build).map_err(|error| unbuilt(&error))?;
+            self.answer(kind, &owned, &rays, &model)?;
+        }
+        Ok(())
+    }
+
+    /// The files that each index gives.
+    fn files(&self) -> impl Iterator<Item = &Path> {
+        [&self.hits, &self.points, &self.normals].into_iter().flatten().map(PathBuf::as_path)
+    }
+
+    /// Refuses what cannot be written before it is worked for.
+    fn check_outputs(&self) -> anyhow::Result<()> {
+        ensure!(
+            self.query != Question::Occluded || (self.points.is_none() && self.normals.is_none()),
+            "--query occluded finds no hit of which there were points or normals; ask for --query closest"
+        );
+        let files: Vec<&Path> = self.files().chain(self.object_names.as_deref()).collect();
+        for (at, file) in files.iter().enumerate() {
+            check_writable(file)?;
+            ensure!(
+                !files[..at].contains(file),
+                "two outputs would be written to {}",
+                file.display()
+            );
         }
         Ok(())
     }
@@ -101,22 +131,57 @@ impl Cast {
         kind: IndexKind,
         owned: &OwnedIndex,
         rays: &[Result<Ray, RayError>],
-        path: &Path,
+        model: &Model,
     ) -> anyhow::Result<()> {
         let index = owned.index();
         let index = index.as_ray_index();
-        let miss = Record::from(Hit::NONE);
         let start = std::time::Instant::now();
-        let (records, offsets): (Vec<Record>, Option<Vec<u64>>) = match self.query {
+        let (records, offsets) = during("answering", || self.records(index, rays));
+        let seconds = start.elapsed().as_secs_f64();
+
+        let place = |path: &Path| {
+            if self.index.is_all() { named(path, kind.name()) } else { path.to_owned() }
+        };
+        let count = records.len();
+        if let Some(path) = &self.hits {
+            write_npy(&place(path), &[count], &records)?;
+        }
+        if let Some(path) = &self.points {
+            write_points(&place(path), model, &records)?;
+        }
+        if let Some(path) = &self.normals {
+            write_npy(&place(path), &[count, 3], &normals(model, &records))?;
+        }
+        if let (Some(offsets), Some(first)) = (offsets, self.files().next()) {
+            write_npy(&named(&place(first), "offsets"), &[offsets.len()], &offsets)?;
+        }
+        let hits = records.iter().filter(|record| record.is_hit()).count();
+        let files: Vec<String> =
+            self.files().map(|path| place(path).display().to_string()).collect();
+        log::info!(
+            "{}: {hits} hits of {} rays in {seconds:.3} s -> {}",
+            kind.name(),
+            rays.len(),
+            files.join(", ")
+        );
+        Ok(())
+    }
+
+    /// The answers in the order of the rays and, where a ray has several, where each ray's begin.
+    fn records(
+        &self,
+        index: &(dyn RayIndex + Sync),
+        rays: &[Result<Ray, RayError>],
+    ) -> (Vec<Record>, Option<Vec<u64>>) {
+        match self.query {
             Question::Closest => {
-                let closest = |ray: &Ray| index.closest_hit(ray).map_or(miss, Record::from);
-                (per_ray(rays, |ray| ray.as_ref().map_or(miss, closest)), None)
+                let closest = |ray: &Ray| index.closest_hit(ray).map_or(Record::MISS, Record::from);
+                (per_ray(rays, |ray| ray.as_ref().map_or(Record::MISS, closest)), None)
             }
             Question::Occluded => {
                 // Which triangle is found first depends on the index; that one is found does not.
-                let some = Record { triangle: 0, t: 0.0, u: 0.0, v: 0.0 };
-                let any = |ray: &Ray| if index.occluded(ray) { some } else { miss };
-                (per_ray(rays, |ray| ray.as_ref().map_or(miss, any)), None)
+                let any = |ray: &Ray| if index.occluded(ray) { Record::SOME } else { Record::MISS };
+                (per_ray(rays, |ray| ray.as_ref().map_or(Record::MISS, any)), None)
             }
             Question::All => {
                 let lists = per_ray(rays, |ray| {
@@ -130,20 +195,7 @@ impl Cast {
                 }
                 (records, Some(offsets))
             }
-        };
-        let seconds = start.elapsed().as_secs_f64();
-        write_npy(path, records.len(), &records)?;
-        if let Some(offsets) = offsets {
-            write_npy(&named(path, "offsets"), offsets.len(), &offsets)?;
         }
-        let hits = records.iter().filter(|record| record.triangle != u32::MAX).count();
-        eprintln!(
-            "{}: {hits} hits of {} rays in {seconds:.3} s -> {}",
-            kind.name(),
-            rays.len(),
-            path.display()
-        );
-        Ok(())
     }
 }
 
@@ -173,33 +225,15 @@ fn named(path: &Path, name: &str) -> PathBuf {
     path.with_extension(format!("{name}.{extension}"))
 }
 
-/// Says on stderr how many rays are not valid, why, and which comes first.
+/// Warns how many rays are not valid, why, and which comes first.
 fn report_refused(rays: &[Result<Ray, RayError>]) {
     let refused: Vec<_> =
         rays.iter().enumerate().filter_map(|(at, ray)| Some((at, ray.as_ref().err()?))).collect();
     if let Some((first, error)) = refused.first() {
-        eprintln!(
+        log::warn!(
             "{} of {} rays are not valid and count as misses; the first is ray {first}: {error}",
             refused.len(),
             rays.len()
         );
     }
-}
-
-fn write_npy<T: npyz::AutoSerialize + Copy>(
-    path: &Path,
-    count: usize,
-    values: &[T],
-) -> anyhow::Result<()> {
-    let context = || format!("cannot write {}", path.display());
-    let mut file = BufWriter::new(File::create(path).with_context(context)?);
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(&[count as u64])
-        .writer(&mut file)
-        .begin_nd()
-        .with_context(context)?;
-    writer.extend(values.iter().copied()).with_context(context)?;
-    writer.finish().with_context(context)?;
-    file.flush().with_context(context)
 }

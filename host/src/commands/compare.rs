@@ -2,22 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
-use arboleda::{Block, IndexKind, Options, cluster};
-use clap::Args;
+use anyhow::ensure;
+use arboleda::{IndexKind, Options};
+use clap::{Args, ValueEnum};
 
 use super::arguments::{MeasureArguments, OriginArgument};
+use super::cluster_picture::paint_model;
 use super::compare_peers::{self, PeerArguments};
 use super::output::{bytes, count, duration, say, table};
 use super::separation::{record as record_separation, separation_effort};
-use crate::OwnedIndex;
 use crate::bench::comparison::{self, SceneComparison};
 use crate::bench::levels::{self, LevelCheck};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
 use crate::bench::{calibration, counters, growth, separation};
-use crate::report::{Canvas, CompareEvidence, compare_page, paint_clusters};
+use crate::file_output::make_folder;
+use crate::report::{Canvas, CompareEvidence, compare_page};
 use crate::scene::{self, Model, UpAxis, builtin};
 
 /// Photons on which a level is counted and timed: some 6,000 rays, the same for all.
@@ -38,10 +39,12 @@ pub struct Compare {
     origin: OriginArgument,
     #[command(flatten)]
     measure: MeasureArguments,
-    /// Write the page index.html, compare.csv and pictures to this folder; with it, scenes also grow, clusters move
-    /// apart, and automatic levels are checked
+    /// Write the page index.html, compare.csv and pictures of the clusters to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// With --out: studies to add to the page, separated by commas. Each takes a minute or more
+    #[arg(long, value_name = "STUDY,...", value_enum, value_delimiter = ',', requires = "out")]
+    studies: Vec<Study>,
     /// Print only figures that are the same on every machine and in every run: for a diff
     #[arg(long, conflicts_with_all = ["files", "scenes", "photons", "repetitions", "seed", "out", "peers"])]
     counters: bool,
@@ -53,6 +56,19 @@ pub struct Compare {
     /// Only measure what a ray, a node and a test take in each index, and print the table of the automatic selection
     #[arg(long, conflicts_with_all = ["out", "levels", "photons", "repetitions"])]
     calibrate: bool,
+}
+
+/// What else the page may show.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Study {
+    /// Every index on cities and mixed scenes from small to large
+    Growth,
+    /// The automatic levels and resolutions against all others
+    Levels,
+    /// Each index and its hierarchy on clusters that move apart
+    Separation,
+    /// All of these
+    All,
 }
 
 impl Compare {
@@ -75,6 +91,9 @@ impl Compare {
                 self.measure.repetitions,
                 folder,
             );
+        }
+        if let Some(folder) = &self.out {
+            make_folder(folder)?;
         }
         let models = self.models(builtin::names())?;
         if self.levels {
@@ -106,12 +125,19 @@ impl Compare {
             scenes.push(scene);
         }
         print_selections(&scenes);
-        let Some(folder) = &self.out else {
-            return Ok(());
-        };
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        self.write(folder, &models, &scenes, &effort, recorder)
+        match &self.out {
+            Some(folder) => self.write(folder, &models, &scenes, &effort, recorder),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a study is to be added, which is said: it takes its time.
+    fn adds(&self, study: Study, what: &str) -> bool {
+        let added = self.studies.contains(&study) || self.studies.contains(&Study::All);
+        if added {
+            log::info!("{what}: this takes a minute or more");
+        }
+        added
     }
 
     /// The scenes named, or the `usual` ones, and the files, each with a light.
@@ -158,26 +184,35 @@ impl Compare {
         effort: &Effort,
         mut recorder: Recorder,
     ) -> anyhow::Result<()> {
-        let bar = step_bar(growth::steps(), "growth");
-        let brief = Effort { seconds: 0.05, ..*effort };
-        let growth = growth::run(&brief, self.measure.seed, &mut || bar.inc(1))?;
-        bar.finish_and_clear();
-        for row in &growth {
-            recorder.add("growth", row.family, &row.measured);
+        let mut growth = Vec::new();
+        if self.adds(Study::Growth, "every index on larger and larger scenes") {
+            let bar = step_bar(growth::steps(), "growth");
+            let brief = Effort { seconds: 0.05, ..*effort };
+            growth = growth::run(&brief, self.measure.seed, &mut || bar.inc(1))?;
+            bar.finish_and_clear();
+            for row in &growth {
+                recorder.add("growth", row.family, &row.measured);
+            }
         }
 
-        let checks = self.check_levels(models)?;
-        for check in &checks {
-            recorder.add("levels", &check.scene, std::slice::from_ref(&check.automatic));
-            recorder.add("levels", &check.scene, &check.tried);
+        let mut checks = Vec::new();
+        if self.adds(Study::Levels, "automatic levels against all others") {
+            checks = self.check_levels(models)?;
+            for check in &checks {
+                recorder.add("levels", &check.scene, std::slice::from_ref(&check.automatic));
+                recorder.add("levels", &check.scene, &check.tried);
+            }
+            print_checks(&checks);
         }
-        print_checks(&checks);
 
-        let bar = step_bar(separation::steps(), "separation");
-        let apart = separation_effort(self.measure.photons, self.measure.repetitions);
-        let separation = separation::run(&apart, self.measure.seed, &mut || bar.inc(1))?;
-        bar.finish_and_clear();
-        record_separation(&mut recorder, &separation);
+        let mut separation = Vec::new();
+        if self.adds(Study::Separation, "clusters that move apart") {
+            let bar = step_bar(separation::steps(), "separation");
+            let apart = separation_effort(self.measure.photons, self.measure.repetitions);
+            separation = separation::run(&apart, self.measure.seed, &mut || bar.inc(1))?;
+            bar.finish_and_clear();
+            record_separation(&mut recorder, &separation);
+        }
 
         let pictures = models
             .iter()
@@ -198,42 +233,16 @@ impl Compare {
         compare_page(&evidence)?.save(&page)?;
         let file = folder.join("compare.csv");
         recorder.write_csv(&file)?;
-        say!("page: {}, measurements: {}", page.display(), file.display());
+        log::info!("page: {}, measurements: {}", page.display(), file.display());
         Ok(())
     }
 }
 
 /// Paints the clusters of a model, and says what they are.
 fn picture(folder: &Path, model: &Model) -> anyhow::Result<(PathBuf, String)> {
-    let (scene, options) = (model.scene(), Options::default());
-    let needed = cluster::scratch_capacity(model.triangles.len());
-    let mut scratch = vec![Block::ZERO; Block::count(needed)];
-    let clusters = cluster::find(&scene, &options, Block::bytes(&mut scratch))?;
-    let mut cluster_of = vec![0; model.triangles.len()];
-    for (number, ids) in (0..).zip(clusters.iter()) {
-        for &id in ids {
-            cluster_of[id as usize] = number;
-        }
-    }
-    let line = format!(
-        "{}: {} triangles; clusters: {}; size classes: {}",
-        model.name,
-        count(model.triangles.len() as u64),
-        count(clusters.count() as u64),
-        clusters.class_count()
-    );
-    let owned = OwnedIndex::build(IndexKind::BvhHierarchy, &scene, &options)?;
-    let index = owned.index();
     let mut canvas = Canvas::new(PICTURE[0], PICTURE[1]);
     let up = UpAxis::Auto.vector(model);
-    paint_clusters(
-        &mut canvas,
-        index.as_ray_index(),
-        &model.triangles,
-        index.image(),
-        &cluster_of,
-        up,
-    );
+    let line = paint_model(&mut canvas, model, &model.scene(), &Options::default(), up)?;
     let path = folder.join(format!("{}.clusters.png", model.name));
     canvas.save(&path)?;
     Ok((path, line))

@@ -5,8 +5,12 @@ use std::path::Path;
 
 use clap::Args;
 
+use super::values::whole;
 #[cfg(not(feature = "peers"))]
 use crate::scene::Model;
+
+/// The most rays of a mode: each is kept, with the answers of every contender.
+const MOST_RAYS: u64 = 100_000_000;
 
 /// Which libraries and which of ours.
 #[derive(Args)]
@@ -27,14 +31,14 @@ pub struct PeerArguments {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
     index: Vec<String>,
     /// With --peers: rays in each mode
-    #[arg(long, value_name = "N", default_value_t = 500_000, requires = "peers")]
+    #[arg(long, value_name = "N", default_value_t = 500_000, requires = "peers", value_parser = whole::<usize>(1..=MOST_RAYS))]
     rays: usize,
     /// With --peers: rays from inside scenes that are closed meshes, all of which must hit
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, requires = "peers")]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, requires = "peers", value_parser = whole::<usize>(0..=MOST_RAYS))]
     leak_rays: usize,
     /// With --peers: also the first of ours and Embree from 1,000 triangles to N, ten times as many each
     /// step; 10000000 if N is left out
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "10000000", requires = "peers")]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "10000000", requires = "peers", value_parser = whole::<u32>(1000..=100_000_000))]
     pub growth: Option<u32>,
 }
 
@@ -66,16 +70,16 @@ pub fn run(
 
 #[cfg(feature = "peers")]
 mod with_peers {
-    use std::fs::File;
     use std::path::Path;
 
-    use anyhow::{Context, bail, ensure};
+    use anyhow::bail;
     use arboleda::IndexKind;
 
     use super::super::output::{count, say};
     use super::PeerArguments;
     use crate::bench::progress::step_bar;
     use crate::bench::provenance::Provenance;
+    use crate::file_output::{make_folder, write_file};
     use crate::owned_index::{kind_by_name, kind_names};
     use crate::peers::{
         self, Comparison, ComparisonOptions, Evidence, LEGEND, PEERS, Peer, PeerError, USUAL_KINDS,
@@ -95,8 +99,9 @@ mod with_peers {
         folder: Option<&Path>,
     ) -> anyhow::Result<()> {
         let (libraries, kinds) = (arguments.libraries()?, arguments.kinds()?);
-        ensure!(arguments.rays > 0, "there have to be rays");
-        ensure!(rounds > 0, "there has to be a repetition");
+        if let Some(folder) = folder {
+            make_folder(folder)?;
+        }
         let models = models()?;
         let options = ComparisonOptions {
             ray_count: arguments.rays,
@@ -156,7 +161,7 @@ mod with_peers {
         run.print_absent();
         if let Some(folder) = folder {
             let [rows, page] = FILES.map(|name| folder.join(name));
-            say!("\nmeasurements: {}, page: {}", rows.display(), page.display());
+            log::info!("measurements: {}, page: {}", rows.display(), page.display());
         }
         Ok(())
     }
@@ -230,14 +235,11 @@ mod with_peers {
             let Some(folder) = folder else {
                 return Ok(());
             };
-            std::fs::create_dir_all(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
             let [rows, page] = FILES.map(|name| folder.join(name));
-            let cannot = |file: &Path| format!("cannot write {}", file.display());
             let all = self.comparisons.iter().chain(&self.growth);
-            let file = File::create(&rows).with_context(|| cannot(&rows))?;
-            peers::write_csv(file, all.flat_map(|comparison| &comparison.rows))
-                .with_context(|| cannot(&rows))?;
+            let mut text = Vec::new();
+            peers::write_csv(&mut text, all.flat_map(|comparison| &comparison.rows))?;
+            write_file(&rows, |file| file.write_all(&text))?;
             let text = peers::page(&Evidence {
                 command: &self.command,
                 provenance: &self.provenance,
@@ -246,7 +248,7 @@ mod with_peers {
                 comparisons: &self.comparisons,
                 growth: &self.growth,
             });
-            std::fs::write(&page, text).with_context(|| cannot(&page))
+            write_file(&page, |file| file.write_all(text.as_bytes()))
         }
     }
 }

@@ -6,14 +6,17 @@ use arboleda::IndexKind;
 use clap::Args;
 
 use super::arguments::BuildArguments;
+use super::cluster_picture::paint_model;
 use super::inspect::{ALWAYS, describe};
-use super::output::say;
-use super::shoot::{Comparison, check_digests, paint_light, print_rows};
+use super::shoot::{Comparison, paint_light, print_digests, print_rows};
+use super::values::{MOST_PHOTONS, file_ending_in, whole};
 use crate::OwnedIndex;
+use crate::bench::progress::during;
 use crate::bench::rays::{RaySet, SAMPLE_PHOTONS};
-use crate::photon::{Counting, ShootOptions};
-use crate::report::{Canvas, paint_clusters};
-use crate::scene::{self, UpAxis};
+use crate::file_output::check_writable;
+use crate::photon::{Counting, ShootOptions, Shot};
+use crate::report::Canvas;
+use crate::scene::{self, Model, UpAxis};
 
 /// The scene of the paper's figure 4(b).
 const SCENE: &str = "fig4b";
@@ -21,11 +24,11 @@ const SCENE: &str = "fig4b";
 #[derive(Args)]
 pub struct Demo {
     /// How many photons each index shoots
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole::<u64>(1..=MOST_PHOTONS))]
     photons: u64,
-    /// The picture: clusters and cluster tree on the left, the light on the right
-    #[arg(long, value_name = "FILE.png", default_value = "arboleda.png")]
-    picture: PathBuf,
+    /// Write a picture: clusters and cluster tree on the left, the light on the right
+    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
+    picture: Option<PathBuf>,
     #[command(flatten)]
     build: BuildArguments,
 }
@@ -36,13 +39,11 @@ impl Demo {
     /// # Errors
     /// If two indices do not agree, or the picture cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
+        if let Some(path) = &self.picture {
+            check_writable(path)?;
+        }
         let model = scene::builtin::require(SCENE)?.with_default_light(UpAxis::Z);
-        let up = UpAxis::Z.vector(&model);
-        let (width, height) = (820, 760);
-        let mut clusters = Canvas::new(width, height);
-        describe(&model, &self.build, &ALWAYS, |index, image, cluster_of| {
-            paint_clusters(&mut clusters, index, &model.triangles, image, cluster_of, up);
-        })?;
+        describe(&model, &self.build, &ALWAYS)?;
 
         let options = ShootOptions {
             photons: self.photons,
@@ -53,19 +54,30 @@ impl Demo {
         let scene = self.build.scene(&model).rays(sample.sample());
         let build = self.build.options();
         let rows = Comparison { model: &model, scene, build, options }.run(IndexKind::ALL)?;
-        check_digests(&rows)?;
         print_rows(&rows);
-
-        let mut light = Canvas::new(width, height);
-        if let Some(row) = rows.last() {
-            let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &build)?;
-            paint_light(&mut light, &owned, &model, &row.shot, up);
+        print_digests(&rows)?;
+        match (&self.picture, rows.last()) {
+            (Some(path), Some(last)) => {
+                during("painting", || self.picture(&model, &last.shot)?.save(path))?;
+                log::info!("picture: {}", path.display());
+            }
+            _ => log::info!("for a picture of it: --picture arboleda.png"),
         }
+        Ok(())
+    }
+
+    /// Paints the clusters and, beside them, the light.
+    fn picture(&self, model: &Model, shot: &Shot) -> anyhow::Result<Canvas> {
+        let up = UpAxis::Z.vector(model);
+        let (width, height) = (820, 760);
+        let [mut clusters, mut light] = [(); 2].map(|()| Canvas::new(width, height));
+        let (scene, options) = (self.build.scene(model), self.build.options());
+        paint_model(&mut clusters, model, &scene, &options, up)?;
+        let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &options)?;
+        paint_light(&mut light, &owned, model, shot, up);
         let mut both = Canvas::new(2 * width, height);
         both.paste(&clusters, 0, 0);
         both.paste(&light, width, 0);
-        both.save(&self.picture)?;
-        say!("picture: {}", self.picture.display());
-        Ok(())
+        Ok(both)
     }
 }

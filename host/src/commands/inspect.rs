@@ -4,13 +4,17 @@ use std::path::PathBuf;
 
 use arboleda::cluster::{self, Clusters};
 use arboleda::memory::Image;
-use arboleda::{Aabb, Block, IndexKind, RayIndex};
+use arboleda::{Aabb, Block, IndexKind};
 use clap::Args;
 
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
+use super::cluster_picture::{cluster_scratch, paint_model};
 use super::output::{bytes, count, duration, say, table};
+use super::values::{PIXELS, file_ending_in, whole};
 use crate::OwnedIndex;
-use crate::report::{Canvas, paint_clusters};
+use crate::bench::progress::during;
+use crate::file_output::check_writable;
+use crate::report::Canvas;
 use crate::scene::{Census, Model};
 
 /// Clusters with a row of their own in the table.
@@ -18,6 +22,7 @@ const ROWS: usize = 12;
 /// What is shown beside the index that was chosen: the paper's, and what it is compared with.
 pub const ALWAYS: [IndexKind; 2] = [IndexKind::OctreeHierarchy, IndexKind::Octree];
 
+/// Show the clusters of a scene, the cluster tree, levels and memory; with a picture where one is asked for
 #[derive(Args)]
 pub struct Inspect {
     #[command(flatten)]
@@ -26,11 +31,12 @@ pub struct Inspect {
     build: BuildArguments,
     #[command(flatten)]
     index: IndexChoice,
-    /// The picture of the clusters, their boxes and the cluster tree [default: NAME.clusters.png]
-    #[arg(long, value_name = "FILE.png")]
+    /// Write a picture of the clusters, their boxes and the cluster tree
+    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
     picture: Option<PathBuf>,
-    /// Pixels across and down
-    #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], default_values_t = [1280, 900])]
+    /// Pixels across and down of the picture, 64 to 8192
+    #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], default_values_t = [1280, 900],
+        value_parser = whole::<u32>(PIXELS))]
     size: Vec<u32>,
 }
 
@@ -40,12 +46,10 @@ impl Inspect {
     /// # Errors
     /// If the scene cannot be loaded or the picture not be written.
     pub fn run(&self) -> anyhow::Result<()> {
+        if let Some(path) = &self.picture {
+            check_writable(path)?;
+        }
         let model = self.scene.load()?;
-        let path = match &self.picture {
-            Some(path) => path.clone(),
-            None => PathBuf::from(format!("{}.clusters.png", model.name)),
-        };
-        let up = self.scene.up.vector(&model);
         let (scene, options) = (self.build.scene(&model), self.build.options());
         let mut kinds = self.index.kinds(&scene, &options)?;
         for kind in ALWAYS {
@@ -53,27 +57,27 @@ impl Inspect {
                 kinds.push(kind);
             }
         }
-        let mut canvas = Canvas::new(self.size[0].max(64), self.size[1].max(64));
-        describe(&model, &self.build, &kinds, |index, image, cluster_of| {
-            paint_clusters(&mut canvas, index, &model.triangles, image, cluster_of, up);
-        })?;
-        canvas.save(&path)?;
-        say!("picture: {}", path.display());
+        describe(&model, &self.build, &kinds)?;
+        if let Some(path) = &self.picture {
+            let mut canvas = Canvas::new(self.size[0], self.size[1]);
+            let up = self.scene.up.vector(&model);
+            during("painting", || {
+                paint_model(&mut canvas, &model, &scene, &options, up)?;
+                canvas.save(path)
+            })?;
+            log::info!("picture: {}", path.display());
+        } else {
+            log::info!("for a picture of it: --picture FILE.png");
+        }
         Ok(())
     }
 }
 
-/// Prints what a scene consists of and how large the indices are, and hands the octree hierarchy to `paint` with the cluster of each
-/// triangle.
+/// Prints what a scene consists of and how large the indices are.
 ///
 /// # Errors
 /// If an option is out of range.
-pub fn describe(
-    model: &Model,
-    build: &BuildArguments,
-    kinds: &[IndexKind],
-    paint: impl FnOnce(&(dyn RayIndex + Sync), &Image<'_>, &[u32]),
-) -> anyhow::Result<()> {
+pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> anyhow::Result<()> {
     let scene = build.scene(model);
     let options = build.options();
     let bounds = model.bounds();
@@ -94,10 +98,11 @@ pub fn describe(
         say!("origin: {x},{y},{z} was subtracted; add it to get the file's coordinates");
     }
 
-    let mut scratch =
-        vec![Block::ZERO; Block::count(cluster::scratch_capacity(model.triangles.len()))];
+    let mut scratch = cluster_scratch(model);
     let start = std::time::Instant::now();
-    let clusters = cluster::find(&scene, &options, Block::bytes(&mut scratch))?;
+    let memory = Block::bytes(&mut scratch);
+    let clusters = during("finding clusters", || cluster::find(&scene, &options, memory))
+        .map_err(|error| unbuilt(&error))?;
     let seconds = start.elapsed().as_secs_f64();
     say!(
         "clusters: {} in {} size class{}, found in {}",
@@ -108,13 +113,14 @@ pub fn describe(
     );
     say!("{}", cluster_table(model, &clusters));
 
-    let mut memory =
+    let mut sizes =
         table(&["index", "bytes", "B/triangle", "nodes", "leaves", "references", "level", "build"]);
     for &kind in kinds {
-        let owned = OwnedIndex::build(kind, &scene, &options)?;
+        let build = || OwnedIndex::build(kind, &scene, &options);
+        let owned = during(kind.name(), build).map_err(|error| unbuilt(&error))?;
         let index = owned.index();
         let parts = index.check()?;
-        memory.add_row([
+        sizes.add_row([
             kind.name().to_owned(),
             bytes(owned.bytes()),
             format!("{:.0}", owned.bytes() as f64 / model.triangles.len().max(1) as f64),
@@ -129,17 +135,8 @@ pub fn describe(
             say!("cluster tree: {} nodes, depth {}", image.nodes().len(), depth(image));
         }
     }
-    say!("{memory}");
+    say!("{sizes}");
 
-    let owned = OwnedIndex::build(IndexKind::OctreeHierarchy, &scene, &options)?;
-    let index = owned.index();
-    let mut cluster_of = vec![0; model.triangles.len()];
-    for (number, ids) in (0..).zip(clusters.iter()) {
-        for &id in ids {
-            cluster_of[id as usize] = number;
-        }
-    }
-    paint(index.as_ray_index(), index.image(), &cluster_of);
     Ok(())
 }
 

@@ -1,37 +1,51 @@
 //! The commands: what a person types, and what comes back.
+//!
+//! Results go to stdout; notes, warnings, progress and errors to stderr. `--quiet` leaves results and errors.
 
 mod arguments;
 mod cast;
+mod cluster_picture;
 mod compare;
 mod compare_peers;
 mod demo;
+mod flux_file;
+mod hit_files;
 mod inspect;
 mod output;
 mod paper;
 mod separation;
 mod shoot;
+mod values;
 
-use clap::{Parser, Subcommand};
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use log::{Level, LevelFilter};
 
 /// Exact ray queries on scenes made of clusters: finds the clusters, builds an index in each, shoots photons.
 ///
 /// Without a command: does all of it on a built-in scene, with every index, and compares the answers.
 #[derive(Parser)]
-#[command(name = "arboleda", version, args_conflicts_with_subcommands = true)]
-pub struct CommandLine {
+#[command(name = "arboleda", version)]
+struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
     demo: demo::Demo,
+    /// Say nothing but results and errors: no notes, warnings or progress
+    #[arg(long, short, global = true)]
+    quiet: bool,
 }
 
+// Help comes from the doc comment of each command's type: one on a variant would take its place.
 #[derive(Subcommand)]
 enum Command {
-    /// Shoot photons from the lights of a scene through an index, or all of them
     Shoot(shoot::Shoot),
-    /// Show the clusters of a scene, the cluster tree, levels and memory, with a picture
     Inspect(inspect::Inspect),
-    /// Answer the rays of a `NumPy` file
     Cast(cast::Cast),
     Compare(compare::Compare),
     Paper(paper::Paper),
@@ -39,11 +53,7 @@ enum Command {
 }
 
 impl CommandLine {
-    /// Does what was asked.
-    ///
-    /// # Errors
-    /// With a message for a person.
-    pub fn run(&self) -> anyhow::Result<()> {
+    fn run(&self) -> anyhow::Result<()> {
         match &self.command {
             None => self.demo.run(),
             Some(Command::Shoot(shoot)) => shoot.run(),
@@ -53,5 +63,104 @@ impl CommandLine {
             Some(Command::Paper(paper)) => paper.run(),
             Some(Command::Separation(separation)) => separation.run(),
         }
+    }
+}
+
+/// Does what the arguments ask, the first of which is the program's name. Errors are printed.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let line = match parse(arguments) {
+        Ok(line) => line,
+        // Help and version are answers, too, and come here; they may not fit on a full device.
+        Err(answer) => {
+            let code = u8::try_from(answer.exit_code()).unwrap_or(1);
+            return if answer.print().is_ok() { code.into() } else { ExitCode::FAILURE };
+        }
+    };
+    let level = if line.quiet { LevelFilter::Off } else { LevelFilter::Info };
+    speak_from(level);
+    match line.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", message(&error));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandLine, clap::Error> {
+    let mut command = with_negative_values(CommandLine::command());
+    let matches = command.try_get_matches_from_mut(arguments)?;
+    if let Some((name, _)) = matches.subcommand()
+        && let Some(option) = misplaced_option(&command, &matches)
+    {
+        let text = format!("--{option} before `{name}` is for no command; write it after `{name}`");
+        return Err(command.error(ErrorKind::ArgumentConflict, text));
+    }
+    CommandLine::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+}
+
+/// The first option before the name of a command that is not for all commands.
+fn misplaced_option<'c>(command: &'c clap::Command, matches: &ArgMatches) -> Option<&'c str> {
+    let given = |argument: &&clap::Arg| {
+        let source = matches.value_source(argument.get_id().as_str());
+        !argument.is_global_set() && source == Some(ValueSource::CommandLine)
+    };
+    command.get_arguments().find(given)?.get_long()
+}
+
+/// Lets `-1` be the value of an option and not an option that does not exist: its range is then what is wrong.
+fn with_negative_values(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|argument| {
+            let takes_value = argument.get_action().takes_values() && !argument.is_positional();
+            if takes_value { argument.allow_negative_numbers(true) } else { argument }
+        })
+        .mut_subcommands(with_negative_values)
+}
+
+/// Shows notes as they are and warnings as such, on stderr.
+fn speak_from(level: LevelFilter) {
+    env_logger::Builder::new()
+        .filter_module(env!("CARGO_CRATE_NAME"), level)
+        .format(|stream, record| match record.level() {
+            Level::Error | Level::Warn => writeln!(stream, "warning: {}", record.args()),
+            _ => writeln!(stream, "{}", record.args()),
+        })
+        .init();
+}
+
+/// The error and its causes; a cause that an error tells in its own text is not told again.
+fn message(error: &anyhow::Error) -> String {
+    let mut message = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !message.contains(&cause) {
+            message = format!("{message}: {cause}");
+        }
+    }
+    message
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::anyhow;
+
+    use super::*;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let error =
+            crate::scene::load("no-such-file.obj".as_ref(), crate::scene::Origin::Unchanged)
+                .unwrap_err();
+        let text = message(&error.into());
+        assert_eq!(text.matches("No such file").count(), 1, "{text}");
+        assert_eq!(
+            message(&anyhow!("full").context("cannot write a.npy")),
+            "cannot write a.npy: full"
+        );
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        CommandLine::command().debug_assert();
     }
 }

@@ -1,12 +1,11 @@
 //! Numbers and tables as people read them.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{CellAlignment, Table, TableComponent};
-use indicatif::{ProgressBar, ProgressStyle};
 
-/// Prints a line; ends the program quietly where nobody reads on, as in `arboleda | head`.
+/// Prints a line of the results.
 macro_rules! say {
     ($($argument:tt)*) => {
         $crate::commands::output::print_line(format_args!($($argument)*))
@@ -14,10 +13,16 @@ macro_rules! say {
 }
 pub(crate) use say;
 
-/// What `say!` calls.
+/// Prints for `say!`. Ends the program quietly where nobody reads on, as in `arboleda | head`; with an error where
+/// the results cannot be written.
 pub fn print_line(line: std::fmt::Arguments<'_>) {
-    if writeln!(std::io::stdout(), "{line}").is_err() {
-        std::process::exit(0);
+    match writeln!(std::io::stdout(), "{line}") {
+        Ok(()) => {}
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(error) => {
+            eprintln!("error: cannot write the results: {error}");
+            std::process::exit(1);
+        }
     }
 }
 
@@ -67,17 +72,5 @@ pub fn duration(seconds: f64) -> String {
         format!("{:.1} ms", seconds * 1e3)
     } else {
         format!("{seconds:.2} s")
-    }
-}
-
-/// A bar on stderr that counts photons; nothing where stderr is no terminal.
-pub fn photon_bar(photons: u64, label: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template(
-        "{prefix:>18} {bar:40} {human_pos}/{human_len} photons, {per_sec}, {eta} left",
-    );
-    let bar = ProgressBar::new(photons).with_prefix(label.to_owned());
-    match style {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
     }
 }

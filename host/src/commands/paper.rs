@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use clap::Args;
 
 use super::arguments::MeasureArguments;
@@ -14,6 +13,7 @@ use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
 use crate::bench::separation;
+use crate::file_output::make_folder;
 use crate::report::{PaperEvidence, paper_page};
 
 /// Measure the paper's figure 3 and tables 1 to 3 again, and compare
@@ -32,6 +32,9 @@ impl Paper {
     /// # Errors
     /// If two indices do not agree, or a file cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
+        if let Some(folder) = &self.out {
+            make_folder(folder)?;
+        }
         let effort = Effort {
             photons: self.measure.photons,
             repetitions: self.measure.repetitions,
@@ -59,8 +62,6 @@ impl Paper {
 
     /// The page and the file.
     fn write(&self, folder: &Path, figure3: &Figure3, tables: &[SceneTable]) -> anyhow::Result<()> {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         let bar = step_bar(separation::steps(), "separation");
         let effort = separation_effort(self.measure.photons.min(30_000), self.measure.repetitions);
         let apart = separation::run(&effort, self.measure.seed, &mut || bar.inc(1))?;
@@ -87,7 +88,7 @@ impl Paper {
         paper_page(&evidence).save(&page)?;
         let file = folder.join("paper.csv");
         recorder.write_csv(&file)?;
-        say!("page: {}, measurements: {}", page.display(), file.display());
+        log::info!("page: {}, measurements: {}", page.display(), file.display());
         Ok(())
     }
 }

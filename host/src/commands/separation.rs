@@ -5,19 +5,21 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::output::{bytes, count, say, table};
+use super::values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, whole};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
 use crate::bench::separation::{self, SeparationRow};
+use crate::file_output::check_writable;
 
 /// Compare each index with its hierarchy, on two clusters from touching to 10,000 times their size apart
 #[derive(Args)]
 pub struct Separation {
     /// Photons to each repetition
-    #[arg(long, value_name = "N", default_value_t = 50_000)]
+    #[arg(long, value_name = "N", default_value_t = 50_000, value_parser = whole::<u64>(1..=MOST_REPLAYED_PHOTONS))]
     photons: u64,
     /// How often the rays are replayed
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>(1..=MOST_REPETITIONS))]
     repetitions: usize,
     /// Another seed gives other photons
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -33,6 +35,9 @@ impl Separation {
     /// # Errors
     /// If two indices do not agree, or the file cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
+        if let Some(path) = &self.csv {
+            check_writable(path)?;
+        }
         let effort = separation_effort(self.photons, self.repetitions);
         let bar = step_bar(separation::steps(), "separation");
         let rows = separation::run(&effort, self.seed, &mut || bar.inc(1))?;
@@ -42,7 +47,7 @@ impl Separation {
             let mut recorder = Recorder::new(self.seed);
             record(&mut recorder, &rows);
             recorder.write_csv(path)?;
-            say!("measurements: {}", path.display());
+            log::info!("measurements: {}", path.display());
         }
         Ok(())
     }

@@ -6,10 +6,14 @@ use anyhow::{Context, ensure};
 use arboleda::{IndexKind, Options, Scene, Vec3};
 use clap::Args;
 
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
-use super::output::{bytes, count, duration, photon_bar, say, table};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
+use super::flux_file::write_flux;
+use super::output::{bytes, count, duration, say, table};
+use super::values::{MOST_PHOTONS, file_ending_in, threads, whole};
+use crate::bench::progress::{during, photon_bar};
 use crate::bench::rays::{RaySet, SAMPLE_PHOTONS};
-use crate::photon::{Counting, Digest, ShootOptions, Shot, shoot};
+use crate::file_output::check_writable;
+use crate::photon::{Counting, Digest, Emitter, ShootOptions, Shot, shoot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::{AreaLight, Model};
 use crate::{OwnedIndex, Threads};
@@ -17,17 +21,25 @@ use crate::{OwnedIndex, Threads};
 /// With `--index all`, the linear scan answers so many photons only, and the others as many again.
 pub const LINEAR_PHOTONS: u64 = 256;
 
+/// Shoot photons from the lights of a scene through an index, or all of them
+///
+/// OUT has a row for each triangle, in the order of ids, which count faces in file order after triangulation: as .npy
+/// a structured array [('front_photons','<u8'),('back_photons','<u8'),('front_flux','<f8'),('back_flux','<f8')]; as
+/// .csv the same columns after the column triangle. Photons are counted at each hit, also those that bounce on; flux
+/// is in watts. The front is where a triangle's corners, in their order in the file, are seen counter-clockwise.
 #[derive(Args)]
+// Columns as they are called in the file, not as code.
+#[allow(clippy::doc_markdown)]
 pub struct Shoot {
     #[command(flatten)]
     scene: SceneArguments,
     #[command(flatten)]
     index: IndexChoice,
-    /// How many photons
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    /// How many photons: 1000000, 1_000_000, 1e6 or 1M
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = whole::<u64>(1..=MOST_PHOTONS))]
     photons: u64,
-    /// Threads [default: one on each processor]
-    #[arg(long, value_name = "K")]
+    /// Threads, at most 256 or one on each processor [default: one on each processor]
+    #[arg(long, value_name = "K", value_parser = threads())]
     threads: Option<usize>,
     /// Another seed gives other photons
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -40,8 +52,11 @@ pub struct Shoot {
     /// Count nodes visited and triangle tests, too
     #[arg(long)]
     counters: bool,
+    /// Write the photons and the flux that each triangle received, on either side
+    #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]))]
+    out: Option<PathBuf>,
     /// Write a picture of the light that arrived
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
     picture: Option<PathBuf>,
     #[command(flatten)]
     build: BuildArguments,
@@ -51,12 +66,30 @@ pub struct Shoot {
 #[derive(Clone, Copy)]
 struct GivenLight([f64; 10]);
 
+/// Parses a light that emits: what cannot would shoot nothing without a word.
 fn light(text: &str) -> Result<GivenLight, String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    let numbers = numbers.map_err(|error| format!("not a number: {error}"))?;
-    <[f64; 10]>::try_from(numbers)
-        .map(GivenLight)
-        .map_err(|numbers| format!("ten numbers are needed, {} were given", numbers.len()))
+    const NAMES: [&str; 10] = ["CX", "CY", "CZ", "UX", "UY", "UZ", "VX", "VY", "VZ", "FLUX"];
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    let mut numbers = [0.0_f64; 10];
+    if parts.len() != numbers.len() {
+        return Err(format!("ten numbers are needed, {} were given", parts.len()));
+    }
+    for ((part, name), number) in parts.into_iter().zip(NAMES).zip(&mut numbers) {
+        *number = part.parse().map_err(|_| format!("{name} is `{part}`, which is not a number"))?;
+        if !(*number as f32).is_finite() {
+            return Err(format!("{name} is `{part}`, which is not finite as a 32-bit number"));
+        }
+    }
+    let light = GivenLight(numbers);
+    let placed = light.place([0.0; 3]);
+    if placed.flux <= 0.0 {
+        return Err(format!("FLUX is {}; it must be above 0", placed.flux));
+    }
+    if Emitter::new(&[placed]).is_dark() {
+        return Err("the light has no area: its edges (UX,UY,UZ) and (VX,VY,VZ) are parallel or 0"
+            .to_owned());
+    }
+    Ok(light)
 }
 
 impl GivenLight {
@@ -80,6 +113,9 @@ impl Shoot {
     /// # Errors
     /// If the scene cannot be loaded, or two indices do not agree.
     pub fn run(&self) -> anyhow::Result<()> {
+        for path in [&self.out, &self.picture].into_iter().flatten() {
+            check_writable(path)?;
+        }
         let mut model = self.scene.load()?;
         if !self.light.is_empty() {
             model.lights = self.light.iter().map(|light| light.place(model.origin)).collect();
@@ -99,10 +135,10 @@ impl Shoot {
             ..ShootOptions::default()
         };
         // Without light there are no rays, and nothing to go by but the scene.
-        let sample = self
-            .index
-            .goes_by_rays()
-            .then(|| RaySet::shoot(&model, SAMPLE_PHOTONS.min(self.photons), self.seed).ok());
+        let sample = self.index.goes_by_rays().then(|| {
+            let photons = SAMPLE_PHOTONS.min(self.photons);
+            during("sampling", || RaySet::shoot(&model, photons, self.seed).ok())
+        });
         let sample = sample.flatten();
         let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], RaySet::sample));
         // A photon's first ray and, with the usual reflectances, one bounce.
@@ -110,23 +146,27 @@ impl Shoot {
         let kinds = self.index.kinds(&scene, &self.build.options())?;
         let comparison = Comparison { model: &model, scene, build: self.build.options(), options };
         let rows = comparison.run(&kinds)?;
-        check_digests(&rows)?;
         print_rows(&rows);
+        print_digests(&rows)?;
         let last = rows.last().context("no index was named")?;
         let shot = rows.iter().map(|row| &row.shot).max_by_key(|shot| shot.emitted_photons);
         summarise(shot.unwrap_or(&last.shot));
 
+        let shot = shot.unwrap_or(&last.shot);
+        if let Some(path) = &self.out {
+            write_flux(path, shot)?;
+            log::info!("photons and flux of each triangle: {}", path.display());
+        }
         if let Some(path) = &self.picture {
-            let owned = OwnedIndex::build(
-                IndexKind::Bvh,
-                &self.build.scene(&model),
-                &self.build.options(),
-            )?;
             let mut canvas = Canvas::new(1280, 900);
-            let shot = shot.unwrap_or(&last.shot);
-            paint_light(&mut canvas, &owned, &model, shot, self.scene.up.vector(&model));
-            canvas.save(path)?;
-            say!("picture: {}", path.display());
+            let up = self.scene.up.vector(&model);
+            during("painting", || -> anyhow::Result<()> {
+                let (scene, options) = (self.build.scene(&model), self.build.options());
+                let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &options)?;
+                paint_light(&mut canvas, &owned, &model, shot, up);
+                canvas.save(path)
+            })?;
+            log::info!("picture: {}", path.display());
         }
         Ok(())
     }
@@ -140,7 +180,13 @@ pub fn paint_light(canvas: &mut Canvas, owned: &OwnedIndex, model: &Model, shot:
         .collect();
     let index = owned.index();
     let index = index.as_ray_index();
-    paint_irradiance(canvas, index, &model.triangles, &model.bounds(), &irradiance, up);
+    let title = format!(
+        "{}: irradiance by {} photons, {} W",
+        model.name,
+        count(shot.emitted_photons),
+        shot.total_flux
+    );
+    paint_irradiance(canvas, index, &model.triangles, &model.bounds(), &irradiance, up, &title);
 }
 
 /// What one index did.
@@ -184,8 +230,17 @@ impl Comparison<'_> {
         };
         let threads = Threads::new(self.options.threads);
         let mut rows = Vec::new();
+        if shares {
+            let photons = few.photons;
+            log::info!(
+                "{} shoots only the first {photons} photons: it tests every triangle for every ray",
+                IndexKind::Linear.name()
+            );
+        }
         for &kind in kinds {
-            let owned = OwnedIndex::build_with(kind, &self.scene, &self.build, &threads)
+            let build = || OwnedIndex::build_with(kind, &self.scene, &self.build, &threads);
+            let owned = during(kind.name(), build)
+                .map_err(|error| unbuilt(&error))
                 .with_context(|| format!("cannot build {}", kind.name()))?;
             let index = owned.index();
             let clusters = index.image().cluster_count();
@@ -202,7 +257,7 @@ impl Comparison<'_> {
     }
 }
 
-/// Prints a table, and a line with the digest of each index; call [`check_digests`] first.
+/// Prints a table.
 pub fn print_rows(rows: &[Row]) {
     let counted = rows.iter().any(|row| row.shot.counters.is_some());
     let mut headings =
@@ -229,24 +284,44 @@ pub fn print_rows(rows: &[Row]) {
         lines.add_row(cells);
     }
     say!("{lines}");
-    let share =
-        rows.iter().filter(|row| row.share.is_some()).map(|row| row.shot.emitted_photons).min();
-    for row in rows {
-        // The linear scan that shot a share has nothing to compare over all photons.
-        match (row.share, share) {
-            (Some(digest), Some(photons)) if row.kind == IndexKind::Linear => {
-                say!("first {photons} photons: {digest} by the linear scan and by every index");
-            }
-            _ => say!("digest {:<20} {}", row.kind.name(), row.shot.digest),
-        }
-    }
 }
 
-/// Compares all digests of equally many photons.
+/// Prints one digest where all indices agree, which is what they promise; else each.
 ///
 /// # Errors
 /// If two differ: a defect of an index.
-pub fn check_digests(rows: &[Row]) -> anyhow::Result<()> {
+pub fn print_digests(rows: &[Row]) -> anyhow::Result<()> {
+    if let Err(defect) = check_digests(rows) {
+        for row in rows {
+            let share = row.share.map(|digest| format!(", {digest} of the first photons"));
+            let photons = count(row.shot.emitted_photons);
+            let share = share.unwrap_or_default();
+            say!("digest {:<24} {} of {photons} photons{share}", row.kind.name(), row.shot.digest);
+        }
+        return Err(defect);
+    }
+    let photons = rows.iter().map(|row| row.shot.emitted_photons).max().unwrap_or(0);
+    let full: Vec<&Row> = rows.iter().filter(|row| row.shot.emitted_photons == photons).collect();
+    let whole = match full[..] {
+        [] => return Ok(()),
+        [only] => format!("{} by {}", only.shot.digest, only.kind.name()),
+        [first, ..] => format!("{}, the same by all {} indices", first.shot.digest, full.len()),
+    };
+    say!("digest of {} photons: {whole}", count(photons));
+    let part = rows.iter().find(|row| row.shot.emitted_photons < photons);
+    if let Some((part, share)) = part.and_then(|row| Some((row, row.share?))) {
+        say!(
+            "digest of the first {}: {share}, the same by all {} and {}",
+            count(part.shot.emitted_photons),
+            full.len(),
+            part.kind.name()
+        );
+    }
+    Ok(())
+}
+
+/// Compares all digests of equally many photons.
+fn check_digests(rows: &[Row]) -> anyhow::Result<()> {
     for (at, row) in rows.iter().enumerate() {
         for other in &rows[..at] {
             let same_photons = row.shot.emitted_photons == other.shot.emitted_photons;
@@ -254,7 +329,7 @@ pub fn check_digests(rows: &[Row]) -> anyhow::Result<()> {
                 (!same_photons || row.shot.digest == other.shot.digest) && row.share == other.share;
             ensure!(
                 same,
-                "{} and {} do not give the same result: please report this scene",
+                "{} and {} DO NOT GIVE THE SAME RESULT: please report this scene",
                 row.kind.name(),
                 other.kind.name()
             );

@@ -5,8 +5,16 @@ use arboleda::{Aabb, RayIndex, Triangle, Vec3};
 use rayon::prelude::*;
 
 use super::camera::corners;
+use super::canvas::TEXT_HEIGHT;
+use super::plot::number as plot_number;
 use super::{Camera, Canvas, Colour};
 
+/// Pixels between the border and text.
+const MARGIN: i64 = 10;
+/// Clusters that are numbered: more would hide what they stand on.
+const MOST_NUMBERS: usize = 48;
+/// The ground of pictures of light.
+const NIGHT: Colour = Colour(0.10, 0.10, 0.12);
 /// Rays across and down a pixel.
 const SAMPLES: u32 = 2;
 
@@ -87,7 +95,8 @@ fn shade(triangle: &Triangle, direction: Vec3) -> f32 {
     0.35 + 0.35 * facing + 0.35 * key
 }
 
-/// Paints the clusters in colours, the boxes of the cluster tree around them, and below it the tree.
+/// Paints the clusters in colours with their numbers, the boxes of the cluster tree around them, below it the tree,
+/// and above it a title and the size of the scene.
 pub fn paint_clusters(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
@@ -95,6 +104,7 @@ pub fn paint_clusters(
     tree: &Image<'_>,
     cluster_of: &[u32],
     up: Vec3,
+    title: &str,
 ) {
     let Some(root) = tree.nodes().last() else {
         return;
@@ -117,6 +127,22 @@ pub fn paint_clusters(
         let colour = if leaf { cluster_colour(at as u32).times(0.55) } else { Colour::INK };
         outline(&mut view, &camera, &depths, &node.bounds, colour, if leaf { 0.9 } else { 0.35 });
     }
+    let spelled = has_room_for_text(canvas);
+    if spelled && (2..=MOST_NUMBERS).contains(&clusters) {
+        for (number, node) in tree.nodes()[..clusters].iter().enumerate() {
+            let Some((x, y, _)) = camera.project(node.bounds.centre()) else {
+                continue;
+            };
+            write_centred(&mut view, (x, y), &number.to_string());
+        }
+    }
+    let [x, y, z] = root.bounds.extent().map(short);
+    if spelled {
+        for (line, text) in (0..).zip([title, &format!("size: {x} x {y} x {z}")]) {
+            let place = (MARGIN, MARGIN + line * (TEXT_HEIGHT + 2));
+            view.text(place, text, Colour::INK, Colour::PAPER);
+        }
+    }
     canvas.paste(&view, 0, 0);
     if strip > 0 {
         draw_tree(canvas, tree, canvas.height() - strip);
@@ -124,7 +150,7 @@ pub fn paint_clusters(
 }
 
 /// Paints each triangle by the light it received: `irradiance` in W/m2 by triangle id, brightest at the
-/// 98th percentile of the lit ones.
+/// 98th percentile of the lit ones; with a title and the scale of the colours.
 pub fn paint_irradiance(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
@@ -132,18 +158,61 @@ pub fn paint_irradiance(
     bounds: &Aabb,
     irradiance: &[f64],
     up: Vec3,
+    title: &str,
 ) {
     let mut lit: Vec<f64> =
         irradiance.iter().copied().filter(|&e| e > 0.0 && e.is_finite()).collect();
     lit.sort_by(f64::total_cmp);
     let brightest = lit.get(lit.len() * 98 / 100).copied().unwrap_or(1.0);
     let camera = Camera::looking_at(bounds, up, canvas.width(), canvas.height());
-    canvas.pixels_mut().fill(Colour(0.10, 0.10, 0.12));
+    canvas.pixels_mut().fill(NIGHT);
     paint(canvas, &camera, index, triangles, |triangle, corners, direction| {
         let share = (irradiance[triangle as usize] / brightest) as f32;
         // The eye judges brightness about by its square root.
         heat(share.sqrt()).times(0.6 + 0.4 * shade(corners, direction))
     });
+    if has_room_for_text(canvas) {
+        canvas.text((MARGIN, MARGIN), title, Colour::PAPER, NIGHT);
+        draw_scale(canvas, brightest);
+    }
+}
+
+/// Draws the colours of irradiances from 0 to the brightest, with five of them as numbers.
+fn draw_scale(canvas: &mut Canvas, brightest: f64) {
+    const STEPS: i64 = 4;
+    let width = (i64::from(canvas.width()) - 2 * MARGIN).min(480);
+    let bottom = i64::from(canvas.height()) - MARGIN;
+    let top = bottom - 2 * TEXT_HEIGHT;
+    for x in 0..width {
+        let colour = heat(x as f32 / width as f32);
+        for y in top..top + TEXT_HEIGHT - 4 {
+            canvas.blend(MARGIN + x, y, colour, 1.0);
+        }
+    }
+    for step in 0..=STEPS {
+        // Colours go by the square root.
+        let share = step as f64 / STEPS as f64;
+        let unit = if step == STEPS { " W/m2" } else { "" };
+        let text = format!("{}{unit}", short(brightest * share * share));
+        let x = MARGIN + (width - 1) * step / STEPS;
+        canvas.text((x, bottom - TEXT_HEIGHT), &text, Colour::PAPER, NIGHT);
+    }
+}
+
+/// Whether a picture is large enough for text beside the scene.
+fn has_room_for_text(canvas: &Canvas) -> bool {
+    canvas.width() >= 480 && canvas.height() >= 360
+}
+
+/// A value in few characters, small ones with an exponent.
+fn short(value: f64) -> String {
+    if value != 0.0 && value.abs() < 0.01 { format!("{value:.1e}") } else { plot_number(value) }
+}
+
+/// Writes a number on what is already there.
+fn write_centred(canvas: &mut Canvas, (x, y): (f32, f32), text: &str) {
+    let left = x.round() as i64 - Canvas::text_width(text) / 2;
+    canvas.text((left, y.round() as i64 - TEXT_HEIGHT / 2), text, Colour::INK, Colour::PAPER);
 }
 
 /// Draws the twelve edges of a box, faint where something is in front.
@@ -197,6 +266,8 @@ fn draw_tree(canvas: &mut Canvas, tree: &Image<'_>, top: u32) {
         level[at] = level[left].max(level[right]) + 1;
     }
     let deepest = level[nodes.len() - 1].max(1) as f32;
+    // Numbers stand below the dots where there is room for them.
+    let numbered = has_room_for_text(canvas) && clusters <= MOST_NUMBERS;
     let margin = 24.0;
     let room = canvas.height() as f32 - top as f32 - 2.0 * margin;
     let spread = canvas.width() as f32 - 2.0 * margin;
@@ -216,5 +287,8 @@ fn draw_tree(canvas: &mut Canvas, tree: &Image<'_>, top: u32) {
     let radius = (spread / clusters as f32 * 0.35).clamp(1.0, 7.0);
     for (at, &place) in places.iter().enumerate().take(clusters) {
         canvas.disc(place, radius, cluster_colour(at as u32));
+        if numbered {
+            write_centred(canvas, (place.0, place.1 + radius + 10.0), &at.to_string());
+        }
     }
 }

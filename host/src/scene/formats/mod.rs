@@ -23,7 +23,7 @@ use recognise::Format;
 /// Reads a file that a scene file names, by its path.
 pub type Companions<'c> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'c;
 
-/// Loads a scene file, and prints its warnings and its origin to the standard error.
+/// Loads a scene file, and logs its warnings and its origin.
 ///
 /// # Errors
 /// [`SceneError::Unreadable`], and those of [`read`] and [`Surface::place`].
@@ -34,11 +34,11 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
     drop(bytes);
     let import = surface.place(origin)?;
     for warning in &import.warnings {
-        eprintln!("warning: {warning}");
+        log::warn!("{warning}");
     }
     let [x, y, z] = import.model.origin;
     if origin != Origin::Unchanged {
-        eprintln!(
+        log::info!(
             "{}: origin {x},{y},{z} subtracted; add it to positions to get those of the file",
             path.display()
         );

@@ -1,0 +1,56 @@
+//! What `shoot --out` writes: the photons that each triangle received, by side.
+
+use std::path::Path;
+
+use super::hit_files::write_npy;
+use crate::file_output::write_file;
+use crate::photon::Shot;
+
+/// One triangle.
+#[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]
+struct Received {
+    front_photons: u64,
+    back_photons: u64,
+    front_flux: f64,
+    back_flux: f64,
+}
+
+/// The columns of the CSV file: the triangle, and the fields of the array.
+const COLUMNS: [&str; 5] = ["triangle", "front_photons", "back_photons", "front_flux", "back_flux"];
+
+/// Writes a row for each triangle in the order of ids, as CSV where the name ends so, else as a structured array.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_flux(path: &Path, shot: &Shot) -> anyhow::Result<()> {
+    let flux = shot.photon_flux();
+    let counts = shot.hit_counts.iter().zip(&shot.front_hit_counts);
+    let rows: Vec<Received> = counts
+        .map(|(&both, &front)| {
+            let back = both - front;
+            Received {
+                front_photons: front,
+                back_photons: back,
+                front_flux: front as f64 * flux,
+                back_flux: back as f64 * flux,
+            }
+        })
+        .collect();
+    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("csv")) {
+        return write_npy(path, &[rows.len()], &rows);
+    }
+    write_file(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(COLUMNS)?;
+        for (triangle, row) in rows.iter().enumerate() {
+            writer.serialize((
+                triangle,
+                row.front_photons,
+                row.back_photons,
+                row.front_flux,
+                row.back_flux,
+            ))?;
+        }
+        writer.flush()
+    })
+}

@@ -1,0 +1,135 @@
+//! Values of options: whole numbers, numbers and file names, each refused where it is no use.
+//!
+//! What is out of range is refused while the command line is read, with the range: before a scene is loaded.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use clap::builder::TypedValueParser;
+
+/// The most photons: 10^15, some weeks of the largest machines.
+pub const MOST_PHOTONS: u64 = 1_000_000_000_000_000;
+/// The most photons whose rays are kept to be replayed: some 150 bytes each.
+pub const MOST_REPLAYED_PHOTONS: u64 = 10_000_000;
+/// The most repetitions of a measurement.
+pub const MOST_REPETITIONS: u64 = 10_000;
+/// Threads that any machine may be asked for. Beyond its processors they only wait for each other: 5,000 on two
+/// processors did not end in ten minutes.
+const THREADS: usize = 256;
+/// The smallest and largest sides of a picture. The largest takes 2 GiB while it is painted.
+pub const PIXELS: RangeInclusive<u64> = 64..=8192;
+
+/// Parses a whole number in a range: `1000000`, `1_000_000`, `1e6` or `1M`.
+pub fn whole<T>(range: RangeInclusive<u64>) -> impl TypedValueParser<Value = T>
+where
+    T: TryFrom<u64> + Clone + Send + Sync + 'static,
+{
+    move |text: &str| {
+        let number = parse_whole(text)?;
+        let outside = || out_of_range(range.start(), range.end());
+        if !range.contains(&number) {
+            return Err(outside());
+        }
+        T::try_from(number).map_err(|_| outside())
+    }
+}
+
+/// Parses a number in a range; no NaN, no infinity.
+pub fn number(range: RangeInclusive<f32>) -> impl TypedValueParser<Value = f32> {
+    move |text: &str| {
+        let number: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+        if range.contains(&number) {
+            Ok(number)
+        } else {
+            Err(out_of_range(range.start(), range.end()))
+        }
+    }
+}
+
+/// Parses a number of threads: 1 to 256, or to the number of processors where that is larger.
+pub fn threads() -> impl TypedValueParser<Value = usize> {
+    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    whole(1..=processors.max(THREADS) as u64)
+}
+
+/// Parses the name of a file whose ending says how it is written.
+pub fn file_ending_in(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
+    move |text: &str| {
+        let path = PathBuf::from(text);
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
+        if endings.iter().any(|known| known.eq_ignore_ascii_case(ending)) {
+            return Ok(path);
+        }
+        let known = endings.iter().map(|known| format!(".{known}")).collect::<Vec<_>>();
+        Err(format!("the name must end in {}", known.join(" or ")))
+    }
+}
+
+fn out_of_range(least: impl Display, most: impl Display) -> String {
+    format!("must be {least} to {most}")
+}
+
+/// The number that is written with or without `_`, exponent or k, M, G. More than `u64` holds is `u64::MAX`.
+fn parse_whole(text: &str) -> Result<u64, String> {
+    let refused = || "not a whole number; write it as 1000000, 1_000_000, 1e6 or 1M".to_owned();
+    let plain = text.replace('_', "");
+    let (number, power) = match plain.as_bytes() {
+        [.., b'k' | b'K'] => (&plain[..plain.len() - 1], 3),
+        [.., b'M'] => (&plain[..plain.len() - 1], 6),
+        [.., b'G'] => (&plain[..plain.len() - 1], 9),
+        _ => match plain.split_once(['e', 'E']) {
+            Some((number, power)) => (number, power.parse::<usize>().map_err(|_| refused())?),
+            None => (plain.as_str(), 0),
+        },
+    };
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    let fraction = fraction.trim_end_matches('0');
+    let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if number.is_empty() || !are_digits(whole) || !are_digits(fraction) || fraction.len() > power {
+        return Err(refused());
+    }
+    let digits = format!("{whole}{fraction}");
+    let digits = digits.trim_start_matches('0');
+    if digits.is_empty() {
+        return Ok(0);
+    }
+    let zeros = u32::try_from(power - fraction.len()).unwrap_or(u32::MAX);
+    let factor = 10_u64.checked_pow(zeros);
+    let product = digits.parse().ok().zip(factor).and_then(|(a, b): (u64, u64)| a.checked_mul(b));
+    Ok(product.unwrap_or(u64::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_are_read_as_people_write_them() {
+        for (text, number) in [
+            ("0", 0),
+            ("1000000", 1_000_000),
+            ("1_000_000", 1_000_000),
+            ("1e6", 1_000_000),
+            ("1E+6", 1_000_000),
+            ("2.5e6", 2_500_000),
+            ("1.0", 1),
+            ("1M", 1_000_000),
+            ("0.5k", 500),
+            ("20k", 20_000),
+            ("3G", 3_000_000_000),
+            ("18446744073709551615", u64::MAX),
+            ("18446744073709551616", u64::MAX),
+            ("1e99999999999999", u64::MAX),
+            ("0e99999999999999", 0),
+        ] {
+            assert_eq!(parse_whole(text), Ok(number), "{text}");
+        }
+        for text in [
+            "", "-1", "+1", "1.5", "1e", "e6", "1e-3", "1,000", "1 000", "M", "1MM", "inf", "nan",
+            "0x10", "1e1e1",
+        ] {
+            assert!(parse_whole(text).is_err(), "{text}");
+        }
+    }
+}
