@@ -221,7 +221,8 @@ fn what_it_is(kind: IndexKind) -> &'static str {
         }
         IndexKind::CompactOctree => "the same in half the bytes, a little slower",
         IndexKind::LeanOctree => "the same in the fewest bytes, for a mesh that is kept anyway",
-        _ => "the same in each cluster",
+        other if other.is_clustered() => "the same in each cluster",
+        _ => "one over everything",
     }
 }
 

@@ -18,6 +18,7 @@ fn shot(model: &Model, options: &ShootOptions) -> Shot {
     assert_eq!(shot.emitted_photons, options.photons);
     assert_eq!(shot.absorbed + shot.escaped + shot.cut_off + shot.refused, shot.emitted_photons);
     assert_eq!(shot.hit_count, shot.hit_counts.iter().sum::<u64>());
+    assert!(shot.front_hit_counts.iter().zip(&shot.hit_counts).all(|(front, both)| front <= both));
     assert_eq!(shot.ray_count, shot.hit_count + shot.escaped);
     shot
 }
@@ -64,6 +65,7 @@ fn the_result_depends_neither_on_threads_nor_on_the_index() {
             assert_eq!(done.into_inner(), 10_000);
             assert_eq!(shot.digest, expected.digest, "{} with {threads} threads", kind.name());
             assert_eq!(shot.hit_counts, expected.hit_counts);
+            assert_eq!(shot.front_hit_counts, expected.front_hit_counts);
             assert_eq!(shot.thread_count, threads);
             assert!(shot.counters.is_some());
             assert_eq!(shot.counters, *counters.get_or_insert(shot.counters));
@@ -144,6 +146,7 @@ fn irradiance_of_a_floor_under_a_square_light() {
     let model = model(floor.to_vec(), 0.0, lamp(Vec3::Z, 1.0, 60.0));
     let photons = 400_000;
     let shot = shot(&model, &options(photons));
+    assert_eq!(shot.front_hit_counts, shot.hit_counts, "all light comes from above");
     let share = form_factor_of_opposite_squares();
     assert!((share - 0.1998).abs() < 1e-4, "the value in tables");
     // Each half of the floor gets half of it, by symmetry, on half a square metre.

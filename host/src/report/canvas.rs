@@ -41,7 +41,7 @@ impl Colour {
 
 /// The letters of all text.
 const LETTERS: RasterHeight = RasterHeight::Size16;
-const LETTER_WIDTH: i64 = get_raster_width(FontWeight::Regular, LETTERS) as i64;
+const LETTER_WIDTH: u32 = get_raster_width(FontWeight::Regular, LETTERS) as u32;
 /// Pixels down of a line of text.
 pub const TEXT_HEIGHT: i64 = LETTERS as i64;
 
@@ -135,12 +135,12 @@ impl Canvas {
                 self.blend(x, y, ground, 0.7);
             }
         }
-        for (at, letter) in (0..).zip(text.chars()) {
+        for (at, letter) in (0_u32..).zip(text.chars()) {
             let raster = get_raster(letter, FontWeight::Regular, LETTERS)
                 .or_else(|| get_raster('?', FontWeight::Regular, LETTERS));
             let rows = raster.iter().flat_map(RasterizedChar::rows);
             for (y, row) in (top..).zip(rows) {
-                for (x, &cover) in (left + at * LETTER_WIDTH..).zip(row) {
+                for (x, &cover) in (left + i64::from(at * LETTER_WIDTH)..).zip(row) {
                     self.blend(x, y, colour, f32::from(cover) / 255.0);
                 }
             }
@@ -149,7 +149,7 @@ impl Canvas {
 
     /// Pixels across of a line of text.
     pub fn text_width(text: &str) -> i64 {
-        text.chars().count() as i64 * LETTER_WIDTH
+        i64::from(text.chars().count() as u32 * LETTER_WIDTH)
     }
 
     /// Copies another picture to a place on this one.
