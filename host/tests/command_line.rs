@@ -150,6 +150,19 @@ fn files_are_written_only_where_asked() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn names_of_files_need_not_be_unicode() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = folder();
+    let name = OsStr::from_bytes(b"caf\xe9.png");
+    let arguments = with_scene("inspect", &["--index", "bvh", "--picture"]);
+    let output = command_in(folder.path(), &arguments).arg(name).output().unwrap();
+    success(&output);
+    assert!(folder.path().join(name).is_file());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
 fn a_full_device_is_a_failure() {
     let folder = folder();
     let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();

@@ -20,7 +20,7 @@ pub fn photon_bar(photons: u64, label: &str) -> ProgressBar {
 
 /// Says what is being done and for how long, until it is done.
 pub fn during<T>(label: &str, work: impl FnOnce() -> T) -> T {
-    let spinner = bar(0, label, "{prefix:>18} {spinner} {elapsed}");
+    let spinner = bar(0, label, "{spinner} {prefix}, {elapsed}");
     spinner.enable_steady_tick(Duration::from_millis(250));
     let result = work();
     spinner.finish_and_clear();

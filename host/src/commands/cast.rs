@@ -97,7 +97,8 @@ impl Cast {
         let options = self.build.options();
         for kind in self.index.kinds(&scene, &options)? {
             let build = || OwnedIndex::build_with(kind, &scene, &options, &Threads::default());
-            let owned = during("building", build).map_err(|error| unbuilt(&error))?;
+            let owned = during(&format!("building {}", kind.name()), build)
+                .map_err(|error| unbuilt(&error))?;
             self.answer(kind, &owned, &rays, &model)?;
         }
         Ok(())

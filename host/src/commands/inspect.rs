@@ -117,7 +117,8 @@ pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> a
         table(&["index", "bytes", "B/triangle", "nodes", "leaves", "references", "level", "build"]);
     for &kind in kinds {
         let build = || OwnedIndex::build(kind, &scene, &options);
-        let owned = during(kind.name(), build).map_err(|error| unbuilt(&error))?;
+        let owned =
+            during(&format!("building {}", kind.name()), build).map_err(|error| unbuilt(&error))?;
         let index = owned.index();
         let parts = index.check()?;
         sizes.add_row([

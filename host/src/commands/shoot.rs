@@ -239,7 +239,7 @@ impl Comparison<'_> {
         }
         for &kind in kinds {
             let build = || OwnedIndex::build_with(kind, &self.scene, &self.build, &threads);
-            let owned = during(kind.name(), build)
+            let owned = during(&format!("building {}", kind.name()), build)
                 .map_err(|error| unbuilt(&error))
                 .with_context(|| format!("cannot build {}", kind.name()))?;
             let index = owned.index();

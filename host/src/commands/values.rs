@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use clap::builder::TypedValueParser;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 
 /// The most photons: 10^15, some weeks of the largest machines.
 pub const MOST_PHOTONS: u64 = 1_000_000_000_000_000;
@@ -55,15 +55,14 @@ pub fn threads() -> impl TypedValueParser<Value = usize> {
 
 /// Parses the name of a file whose ending says how it is written.
 pub fn file_ending_in(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
-    move |text: &str| {
-        let path = PathBuf::from(text);
+    PathBufValueParser::new().try_map(move |path| {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
         if endings.iter().any(|known| known.eq_ignore_ascii_case(ending)) {
             return Ok(path);
         }
         let known = endings.iter().map(|known| format!(".{known}")).collect::<Vec<_>>();
         Err(format!("the name must end in {}", known.join(" or ")))
-    }
+    })
 }
 
 fn out_of_range(least: impl Display, most: impl Display) -> String {
