@@ -231,6 +231,7 @@ fn a_comparison_page_has_only_what_is_asked_for() {
     let files = names(&folder.path().join("page"));
     assert_eq!(files, ["compare.csv", "fig2.clusters.png", "index.html"]);
     let page = fs::read_to_string(folder.path().join("page/index.html")).unwrap();
+    assert!(page.contains("--photons 50 --repetitions 1 --seed 1 --out DIR. "), "the command");
     assert!(page.contains("Photons per second") && !page.contains("Cost against triangle count"));
     let said = failure(&run_in(folder.path(), &[&compare[..], &["--studies", "growth"]].concat()));
     assert!(said.contains("--out"), "{said}");

@@ -131,6 +131,17 @@ impl Compare {
         }
     }
 
+    /// The command line that gives the same page again, but for the scenes.
+    fn command(&self) -> String {
+        let studies = self.studies.iter().filter_map(ValueEnum::to_possible_value);
+        let studies: Vec<String> = studies.map(|study| study.get_name().to_owned()).collect();
+        let mut command = format!("{} --out DIR", self.measure.command("compare"));
+        if !studies.is_empty() {
+            command = format!("{command} --studies {}", studies.join(","));
+        }
+        command
+    }
+
     /// Whether a study is to be added, which is said: it takes its time.
     fn adds(&self, study: Study, what: &str) -> bool {
         let added = self.studies.contains(&study) || self.studies.contains(&Study::All);
@@ -227,7 +238,7 @@ impl Compare {
             levels: &checks,
             pictures: &pictures,
             provenance: recorder.provenance(),
-            command: &self.measure.command("compare"),
+            command: &self.command(),
         };
         let page = folder.join("index.html");
         compare_page(&evidence)?.save(&page)?;
