@@ -9,6 +9,8 @@
 
 use core::fmt;
 
+use arrayvec::ArrayVec;
+
 use super::budget::{Budget, BuildCost};
 use super::sample;
 use super::weights::Weights;
@@ -78,7 +80,7 @@ pub struct Candidate {
 pub struct Selection {
     chosen: IndexKind,
     cost: Cost,
-    candidates: heapless::Vec<Candidate, KINDS>,
+    candidates: ArrayVec<Candidate, KINDS>,
 }
 
 impl Selection {
@@ -140,11 +142,11 @@ pub fn select(
     scratch: &mut [u8],
 ) -> Result<Selection, BuildError> {
     // 1. Each kind once, in the caller's order.
-    let mut estimates = heapless::Vec::<Candidate, KINDS>::new();
+    let mut estimates = ArrayVec::<Candidate, KINDS>::new();
     for &kind in candidates {
         if estimates.iter().all(|known| known.kind != kind) {
             let untried = Expectation::LeftOut(BuildError::TooMuchWork { limit: 0 });
-            let pushed = estimates.push(Candidate { kind, expectation: untried }).is_ok();
+            let pushed = estimates.try_push(Candidate { kind, expectation: untried }).is_ok();
             debug_assert!(pushed, "each kind comes once");
         }
     }

@@ -7,6 +7,8 @@
 //! Cazals, Drettakis and Puech 1995, section 3: their filter divides a histogram of sizes on a log
 //! scale where it is empty; gaps of the sorted sizes are the same without a bin width.
 
+use arrayvec::ArrayVec;
+
 use crate::Options;
 use crate::geometry::Aabb;
 use crate::memory::{SortBuffer, sort_by_key};
@@ -37,7 +39,7 @@ pub(super) fn divide(
     keys: &mut [u64],
     sorted: &mut [u32],
     buffer: &mut SortBuffer<'_>,
-) -> heapless::Vec<Class, 4> {
+) -> ArrayVec<Class, 4> {
     // The bits of non-negative floats sort like the floats.
     let mut count = 0;
     for (id, bounds) in (0..).zip(boxes) {
@@ -50,12 +52,12 @@ pub(super) fn divide(
         }
     }
     let (Some(keys), Some(sorted)) = (keys.get_mut(..count), sorted.get_mut(..count)) else {
-        return heapless::Vec::new();
+        return ArrayVec::new();
     };
     sort_by_key(keys, sorted, buffer);
 
     // The widest gaps: (ratio of squares, first place above), the lower of two equal ones.
-    let mut gaps = heapless::Vec::<(f64, usize), 4>::new();
+    let mut gaps = ArrayVec::<(f64, usize), 4>::new();
     let pairs = keys.iter().zip(keys.iter().skip(1)).zip(1..);
     for ((&below, &above), place) in pairs {
         let (below, above) = (f64::from_bits(below), f64::from_bits(above));
@@ -71,19 +73,19 @@ pub(super) fn divide(
             core::mem::swap(gap, &mut carried);
         }
         if gaps.len() < options.size_classes.saturating_sub(1) as usize {
-            let pushed = gaps.push(carried).is_ok();
+            let pushed = gaps.try_push(carried).is_ok();
             debug_assert!(pushed, "at most three gaps are kept");
         }
     }
 
-    let mut classes = heapless::Vec::new();
+    let mut classes = ArrayVec::new();
     let mut start = 0;
     while start < count {
         let end = gaps.iter().map(|gap| gap.1).filter(|&place| place > start).min();
         let end = end.unwrap_or(count);
         let median = keys.get(usize::midpoint(start, end)).copied().unwrap_or(0);
         let class = Class { end, typical_size_squared: f64::from_bits(median) };
-        let pushed = classes.push(class).is_ok();
+        let pushed = classes.try_push(class).is_ok();
         debug_assert!(pushed, "three gaps make four classes");
         start = end;
     }

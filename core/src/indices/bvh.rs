@@ -16,6 +16,8 @@
 
 use core::ops::ControlFlow;
 
+use arrayvec::ArrayVec;
+
 use super::bvh_insertion;
 use super::near_first::walk_near_first;
 use super::{Group, Local, LocalIndex, Statistics};
@@ -141,9 +143,9 @@ impl LocalIndex for Bvh {
 
     fn check(local: &Local<'_>) -> Option<Statistics> {
         let mut statistics = Statistics::default();
-        let mut stack = heapless::Vec::<(u32, u32), { MAX_DEPTH as usize + 2 }>::new();
+        let mut stack = ArrayVec::<(u32, u32), { MAX_DEPTH as usize + 2 }>::new();
         let mut end = 1;
-        stack.push((local.word(0), 0)).ok()?;
+        stack.try_push((local.word(0), 0)).ok()?;
         while let Some((link, depth)) = stack.pop() {
             // Depth-first order: each node begins where the one before ended.
             if link & !LEAF != end {
@@ -166,8 +168,8 @@ impl LocalIndex for Bvh {
                 return None;
             }
             statistics.inner_nodes += 1;
-            stack.push((local.word(end + INNER_WORDS - 1), depth + 1)).ok()?;
-            stack.push((local.word(end + CHILD_WORDS - 1), depth + 1)).ok()?;
+            stack.try_push((local.word(end + INNER_WORDS - 1), depth + 1)).ok()?;
+            stack.try_push((local.word(end + CHILD_WORDS - 1), depth + 1)).ok()?;
             end = end.checked_add(INNER_WORDS)?;
         }
         (end as usize == local.words.len()).then_some(statistics)

@@ -8,6 +8,7 @@
 //! J. Goldsmith, J. Salmon, *Automatic Creation of Object Hierarchies for Ray Tracing*, 1987. Deviation:
 //! nodes have two children.
 
+use arrayvec::ArrayVec;
 use bytemuck::{Pod, Zeroable};
 
 use super::Group;
@@ -106,10 +107,10 @@ impl Tree<'_> {
             return Some(1);
         }
         // 1. Down to where the new triangle costs least: a node around both, or growth further down.
-        let mut path = heapless::Vec::<u32, { MAX_DEPTH as usize + 1 }>::new();
+        let mut path = ArrayVec::<u32, { MAX_DEPTH as usize + 1 }>::new();
         let mut at = 0;
         let node = loop {
-            path.push(at).ok()?;
+            path.try_push(at).ok()?;
             let node = *self.nodes.get(at as usize)?;
             let fits = path.len() as u32 + node.height <= MAX_DEPTH;
             let Some(child) = self.cheaper_child(&node, &bounds, options, fits)? else {

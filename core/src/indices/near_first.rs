@@ -2,6 +2,8 @@
 
 use core::ops::ControlFlow;
 
+use arrayvec::ArrayVec;
+
 use crate::geometry::Span;
 use crate::query::Query;
 
@@ -11,7 +13,7 @@ pub(super) type Entry<N> = (N, Span);
 /// The nodes still to be entered: each level leaves one child waiting, `DEPTH` is that of the deepest.
 pub(super) struct Waiting<N, const DEPTH: usize> {
     next: Option<Entry<N>>,
-    later: heapless::Vec<Entry<N>, DEPTH>,
+    later: ArrayVec<Entry<N>, DEPTH>,
 }
 
 impl<N, const DEPTH: usize> Waiting<N, DEPTH> {
@@ -19,7 +21,7 @@ impl<N, const DEPTH: usize> Waiting<N, DEPTH> {
     #[inline]
     pub fn enter(&mut self, near: Option<Entry<N>>, far: Option<Entry<N>>) {
         if let Some(far) = far {
-            let pushed = self.later.push(far).is_ok();
+            let pushed = self.later.try_push(far).is_ok();
             debug_assert!(pushed, "validation bounds the depth");
         }
         self.next = near;
@@ -44,7 +46,7 @@ pub(super) fn walk_near_first<const DEPTH: usize, N, Q: Query>(
     query: &mut Q,
     mut visit: impl FnMut(N, Span, &mut Q, &mut Waiting<N, DEPTH>) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let mut waiting = Waiting { next: Some(root), later: heapless::Vec::new() };
+    let mut waiting = Waiting { next: Some(root), later: ArrayVec::new() };
     while let Some((node, span)) = waiting.next.take().or_else(|| waiting.later.pop()) {
         if span.from <= query.last() {
             query.enter();

@@ -31,6 +31,8 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
+use arrayvec::ArrayVec;
+
 use super::cell::Cell;
 use super::filing::{Filing, Found, LEAF, List, Lists, check_leaf, most_references};
 use super::{Group, Local, Statistics};
@@ -119,7 +121,7 @@ impl<D: Division> Octants<D> {
         span: Span,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        let mut stack = heapless::Vec::<Frame, LEVELS>::new();
+        let mut stack = ArrayVec::<Frame, LEVELS>::new();
         let root = Cell::root(&local.bounds);
         Self::enter(local, ray, span, query, local.word(0), root, &mut stack)?;
         loop {
@@ -143,7 +145,7 @@ impl<D: Division> Octants<D> {
         let mut statistics = Statistics::default();
         let mut next = 1;
         // The links still to follow, by level.
-        let mut stack = heapless::Vec::<(u32, u32), LEVELS>::new();
+        let mut stack = ArrayVec::<(u32, u32), LEVELS>::new();
         let mut link = local.word(0);
         loop {
             // Depth-first order: each node begins where the one before ended.
@@ -164,7 +166,7 @@ impl<D: Division> Octants<D> {
                 if mask == 0
                     || !divided
                     || !finite
-                    || stack.push((links, mask.count_ones())).is_err()
+                    || stack.try_push((links, mask.count_ones())).is_err()
                 {
                     return None;
                 }
@@ -196,7 +198,7 @@ impl<D: Division> Octants<D> {
         query: &mut Q,
         link: u32,
         cell: Cell,
-        stack: &mut heapless::Vec<Frame, LEVELS>,
+        stack: &mut ArrayVec<Frame, LEVELS>,
     ) -> ControlFlow<()> {
         query.enter();
         let place = link & !LEAF;
@@ -221,7 +223,7 @@ impl<D: Division> Octants<D> {
             near_end: crossings.map(|c| c.latest),
             far_start: crossings.map(|c| c.earliest),
         };
-        let pushed = stack.push(frame).is_ok();
+        let pushed = stack.try_push(frame).is_ok();
         debug_assert!(pushed, "validation bounds the depth");
         ControlFlow::Continue(())
     }

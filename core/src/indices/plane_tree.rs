@@ -17,6 +17,8 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
+use arrayvec::ArrayVec;
+
 use super::cell::Cell;
 use super::filing::{Filing, Found, LEAF, List, Lists, check_leaf, most_references};
 use super::near_first::walk_near_first;
@@ -157,9 +159,9 @@ impl<D: Division> PlaneTree<D> {
     pub fn check(local: &Local<'_>) -> Option<Statistics> {
         let mut statistics = Statistics::default();
         // The halves still to follow, with their depth.
-        let mut stack = heapless::Vec::<(u32, u32), { MAX_DEPTH + 2 }>::new();
+        let mut stack = ArrayVec::<(u32, u32), { MAX_DEPTH + 2 }>::new();
         let mut end = 1;
-        stack.push((local.word(0), 0)).ok()?;
+        stack.try_push((local.word(0), 0)).ok()?;
         while let Some((link, depth)) = stack.pop() {
             if link == EMPTY {
                 continue;
@@ -179,8 +181,8 @@ impl<D: Division> PlaneTree<D> {
                     return None;
                 }
                 statistics.inner_nodes += 1;
-                stack.push((local.word(end + 3), depth + 1)).ok()?;
-                stack.push((local.word(end + 2), depth + 1)).ok()?;
+                stack.try_push((local.word(end + 3), depth + 1)).ok()?;
+                stack.try_push((local.word(end + 2), depth + 1)).ok()?;
                 end = end.checked_add(INNER_WORDS)?;
             }
         }

@@ -16,6 +16,8 @@
 
 use core::ops::ControlFlow;
 
+use arrayvec::ArrayVec;
+
 use super::lanes::Unpack;
 use super::tree::Packed;
 use super::{Form, LEAF, NODE_WORDS, Node};
@@ -225,8 +227,8 @@ struct Filling {
     /// See the module's documentation.
     corners: [u32; BLOCK_HEAD - 1],
     /// Their bits, so that each comes back as it was, zeros too.
-    vertices: heapless::Vec<[u32; 3], MOST_VERTICES>,
-    ids: heapless::Vec<u32, LANES>,
+    vertices: ArrayVec<[u32; 3], MOST_VERTICES>,
+    ids: ArrayVec<u32, LANES>,
 }
 
 impl Filling {
@@ -239,7 +241,7 @@ impl Filling {
             let bits = corner.to_array().map(f32::to_bits);
             let place = vertices.iter().position(|vertex| *vertex == bits);
             let place = place.unwrap_or_else(|| vertices.len());
-            if place == vertices.len() && vertices.push(bits).is_err() {
+            if place == vertices.len() && vertices.try_push(bits).is_err() {
                 vertices.truncate(known);
                 // The corners of this lane are those of the block that follows.
                 for word in corners {
@@ -254,7 +256,7 @@ impl Filling {
                 *longest = if length > *longest { length } else { *longest };
             }
         }
-        ids.push(id).is_ok()
+        ids.try_push(id).is_ok()
     }
 
     /// The edge, rounded up to the bits that there are for it.

@@ -2,6 +2,8 @@
 
 use core::marker::PhantomData;
 
+use arrayvec::ArrayVec;
+
 use super::{Form, HEAD_WORDS, Node, most_words};
 use crate::geometry::{Aabb, Box4};
 use crate::indices::Division;
@@ -57,12 +59,12 @@ impl<F: Form> Encoder<'_, '_, F> {
         // A node comes before its children, and knows their boxes after them.
         let place = self.words.reserve(F::node_words(children.len()));
         let mut bounds = Box4::EMPTY;
-        let mut links = heapless::Vec::<u32, LANES>::new();
-        let mut boxes = heapless::Vec::<Aabb, LANES>::new();
+        let mut links = ArrayVec::<u32, LANES>::new();
+        let mut boxes = ArrayVec::<Aabb, LANES>::new();
         for child in &children {
             let (link, child) = self.subtree(*child);
             bounds = bounds.union(child);
-            let pushed = links.push(link).is_ok() && boxes.push(child.aabb()).is_ok();
+            let pushed = links.try_push(link).is_ok() && boxes.try_push(child.aabb()).is_ok();
             debug_assert!(pushed, "a node has eight lanes");
         }
         let mut node = Node::of(&boxes);

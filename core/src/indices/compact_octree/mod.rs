@@ -32,6 +32,8 @@ mod tree;
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
+use arrayvec::ArrayVec;
+
 use blocks::{BLOCK_HEAD, BLOCK_WORDS, Block, Blocks, corner_at, vertex_count};
 use bytemuck::{Pod, Zeroable};
 use ids::Ids;
@@ -180,8 +182,8 @@ fn check<F: Form>(words: &[u32], triangle_count: u32) -> Option<Statistics> {
         return None;
     }
     let mut end = HEAD_WORDS;
-    let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
-    stack.push((*words.first()?, 0)).ok()?;
+    let mut stack = ArrayVec::<(u32, u32), { STACK * LANES }>::new();
+    stack.try_push((*words.first()?, 0)).ok()?;
     while let Some((link, depth)) = stack.pop() {
         // Depth-first order: each node begins where the one before ended.
         if (link & F::PLACE) as usize != end {
@@ -199,7 +201,7 @@ fn check<F: Form>(words: &[u32], triangle_count: u32) -> Option<Statistics> {
             statistics.inner_nodes += 1;
             end += length;
             for &child in node.links.iter().rev().filter(|&&child| child != EMPTY) {
-                stack.push((child, depth + 1)).ok()?;
+                stack.try_push((child, depth + 1)).ok()?;
             }
         }
     }

@@ -2,6 +2,8 @@
 
 use core::ops::Range;
 
+use arrayvec::ArrayVec;
+
 use super::leaf::{Leaf, Packing, first_lane, leaf_at, leaf_count, triangle_at};
 use super::tree::WideTree;
 use super::walk::{Step, Tree};
@@ -82,10 +84,10 @@ impl<'r> Check<'r> {
         children: impl DoubleEndedIterator<Item = Step> + Clone,
         depth: u32,
     ) -> Option<()> {
-        let mut stack = heapless::Vec::<(u32, u32), { STACK * LANES }>::new();
+        let mut stack = ArrayVec::<(u32, u32), { STACK * LANES }>::new();
         self.leaves(children.clone(), depth)?;
         for child in nodes(children).rev() {
-            stack.push((child, depth)).ok()?;
+            stack.try_push((child, depth)).ok()?;
         }
         while let Some((link, depth)) = stack.pop() {
             if link != self.end {
@@ -95,7 +97,7 @@ impl<'r> Check<'r> {
             self.end += NODE_ROWS;
             self.leaves(self::children(node), depth + 1)?;
             for child in nodes(self::children(node)).rev() {
-                stack.push((child, depth + 1)).ok()?;
+                stack.try_push((child, depth + 1)).ok()?;
             }
         }
         Some(())

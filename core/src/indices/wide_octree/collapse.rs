@@ -10,6 +10,7 @@
 //! H. Ylitie, T. Karras, S. Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*,
 //! 2017, section 3.
 
+use arrayvec::ArrayVec;
 use bytemuck::{Pod, Zeroable};
 
 use super::item::Item;
@@ -173,8 +174,8 @@ impl<'s> Subtree<'s> {
     }
 
     /// The children of a node, in the order of the items; a leaf has none.
-    pub fn children(&self) -> heapless::Vec<Self, LANES> {
-        let mut children = heapless::Vec::new();
+    pub fn children(&self) -> ArrayVec<Self, LANES> {
+        let mut children = ArrayVec::new();
         if let Some((split, [left, right])) = self.halves() {
             let share = split.share(OF_CHILDREN);
             left.gather(share, &mut children);
@@ -184,7 +185,7 @@ impl<'s> Subtree<'s> {
     }
 
     /// Appends a part as up to so many subtrees.
-    fn gather(self, mut count: usize, subtrees: &mut heapless::Vec<Self, LANES>) {
+    fn gather(self, mut count: usize, subtrees: &mut ArrayVec<Self, LANES>) {
         if let Some((split, [left, right])) = self.halves() {
             while count > 1 && split.share(count - 1) == 0 {
                 count -= 1;
@@ -195,7 +196,7 @@ impl<'s> Subtree<'s> {
                 return right.gather(count - share, subtrees);
             }
         }
-        let pushed = subtrees.push(self).is_ok();
+        let pushed = subtrees.try_push(self).is_ok();
         debug_assert!(pushed, "a node has at most eight");
     }
 

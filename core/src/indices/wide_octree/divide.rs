@@ -4,6 +4,8 @@
 //! other triangles by the best plane of all axes by estimated tests. A test of up to eight triangles costs the
 //! same, so counts are rounded up to full leaves: this fills them.
 
+use arrayvec::ArrayVec;
+
 use glam::Vec4;
 
 use super::BALANCED_FROM;
@@ -76,7 +78,7 @@ impl<'b> Divider<'b> {
 
     fn file(&self, items: &mut [Item], triangles: Mesh<'_>, clusters: &Clusters<'_>) {
         let mut slots = items.iter_mut();
-        let mut stack = heapless::Vec::<usize, { MAX_TREE_DEPTH + 1 }>::new();
+        let mut stack = ArrayVec::<usize, { MAX_TREE_DEPTH + 1 }>::new();
         let mut next = self.nodes.len().checked_sub(1);
         while let Some(at) = next.or_else(|| stack.pop()) {
             next = None;
@@ -87,7 +89,7 @@ impl<'b> Divider<'b> {
                 }
             } else if let Some(node) = self.nodes.get(at) {
                 let [first, second] = self.cheaper_first(node).map(|link| link as usize);
-                let pushed = stack.push(second).is_ok();
+                let pushed = stack.try_push(second).is_ok();
                 debug_assert!(pushed, "one for each level");
                 next = Some(first);
             }

@@ -3,6 +3,8 @@
 use core::cell::Cell;
 use core::ops::ControlFlow;
 
+use arrayvec::ArrayVec;
+
 use super::lanes::{LaneRay, Lanes, key};
 use super::portable::Portable;
 use super::{EMPTY, LANES, LEAF, STACK};
@@ -176,17 +178,17 @@ struct Turn<L: Lanes, Q> {
 struct Walk<L: Lanes> {
     ray: LaneRay,
     next: Step,
-    stack: heapless::Vec<(L::Keys, u32), STACK>,
+    stack: ArrayVec<(L::Keys, u32), STACK>,
 }
 
 impl<L: Lanes> Walk<L> {
     /// No walk yet.
     const IDLE: Self =
-        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: heapless::Vec::new() };
+        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: ArrayVec::new_const() };
 
     #[inline(always)]
     fn new(ray: LaneRay, root: Step) -> Self {
-        Self { ray, next: root, stack: heapless::Vec::new() }
+        Self { ray, next: root, stack: ArrayVec::new() }
     }
 
     /// As `new`, in place: most of a walk is room for its stack.
@@ -226,7 +228,7 @@ impl<L: Lanes> Walk<L> {
         let rest = L::without(keys, lane);
         // Without a branch, which would often be mispredicted: pushed always, kept if there is a child left.
         let height = self.stack.len() + usize::from(L::any(rest));
-        let pushed = self.stack.push((rest, above)).is_ok();
+        let pushed = self.stack.try_push((rest, above)).is_ok();
         debug_assert!(pushed, "validation bounds the depth");
         self.stack.truncate(height);
         ControlFlow::Continue(())
@@ -264,7 +266,7 @@ pub(in crate::indices) fn decide_each<L: Lanes, Q: Query>(
 #[inline(never)]
 fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
     let ray = RaySpan::new(query.ray());
-    let mut stack = heapless::Vec::<(Step, Span), { STACK * LANES }>::new();
+    let mut stack = ArrayVec::<(Step, Span), { STACK * LANES }>::new();
     let mut next = Some((tree.root(), ray.whole()));
     while let Some((step, span)) = next.or_else(|| stack.pop()) {
         next = None;
@@ -281,7 +283,7 @@ fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
         tree.for_each_child(step.link, |child, bounds| {
             let span = ray.clip(&bounds, span);
             if !span.is_empty() {
-                let pushed = stack.push((child, span)).is_ok();
+                let pushed = stack.try_push((child, span)).is_ok();
                 debug_assert!(pushed, "validation bounds the depth");
             }
         });
