@@ -9,10 +9,10 @@ pub struct Vectors {
     avx512: bool,
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 cpufeatures::new!(avx2, "avx2");
 // What the walk in `wide_octree::avx512` is compiled for.
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 cpufeatures::new!(avx512, "avx2", "avx512f", "avx512vl", "avx512dq", "avx512bw");
 
 impl Vectors {
@@ -21,9 +21,9 @@ impl Vectors {
 
     /// Asks the processor, and whether the system keeps the registers.
     pub fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
         let found = Self { avx2: avx2::get(), avx512: avx512::get() };
-        #[cfg(not(target_arch = "x86_64"))]
+        #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
         let found = Self::COMPILED;
         found
     }

@@ -20,7 +20,7 @@
 // Forced, because the walk must be compiled for the instructions of its lanes, not called from there.
 #![allow(clippy::inline_always)]
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod avx2;
 mod blocks;
 mod encode;

@@ -47,7 +47,7 @@ pub(in crate::indices) struct LaneRay {
     pub leave: [f32; 4],
     /// Where the direction is negative, twos, else zeros: as the order of the bytes of a word, which has the lower
     /// side of a box in its lower half, what brings there the side by which the ray enters.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
     pub swap: [u32; 4],
     /// The largest component of the direction.
     pub reach: f32,
@@ -79,7 +79,7 @@ impl LaneRay {
             direction: zero,
             enter: zero,
             leave: zero,
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
             swap: [0; 4],
             reach: 0.0,
             t_min: 0.0,
@@ -106,7 +106,7 @@ impl LaneRay {
             direction: direction.to_array(),
             enter: (inverse * EARLIER).to_array(),
             leave: (inverse * LATER).to_array(),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
             swap: bytemuck::must_cast(Vec4::select(
                 inverse.cmpgt(Vec4::ZERO),
                 Vec4::splat(f32::from_bits(0x0202_0202)),

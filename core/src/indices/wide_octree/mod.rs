@@ -43,9 +43,9 @@
 // Forced, because the walk must be compiled for the instructions of its lanes, not called from there.
 #![allow(clippy::inline_always)]
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(super) mod avx2;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(super) mod avx512;
 pub(super) mod build;
 mod check;

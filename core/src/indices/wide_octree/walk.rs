@@ -65,7 +65,7 @@ impl Step {
 
 #[inline]
 pub(in crate::indices) fn walk<T: InEvery, Q: Query>(tree: T, vectors: Vectors, query: &mut Q) {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
     if vectors.has_avx512() {
         return super::avx512::walk(tree, query);
     } else if vectors.has_avx2() {
@@ -84,7 +84,7 @@ pub(in crate::indices) fn walk_each<T: InEvery, Q: Query>(
     start: impl Fn(usize) -> Option<Q>,
     finish: impl FnMut(usize, &Q),
 ) {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
     if vectors.has_avx512() {
         return super::avx512::walk_each(tree, count, start, finish);
     } else if vectors.has_avx2() {
@@ -95,17 +95,17 @@ pub(in crate::indices) fn walk_each<T: InEvery, Q: Query>(
 }
 
 /// A tree that all lanes of this target can read.
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(in crate::indices) trait InEvery:
     InLanes<Portable> + InLanes<super::avx2::Avx2>
 {
 }
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 impl<T: InLanes<Portable> + InLanes<super::avx2::Avx2>> InEvery for T {}
 /// A tree that all lanes of this target can read.
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 pub(in crate::indices) trait InEvery: InLanes<Portable> {}
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 impl<T: InLanes<Portable>> InEvery for T {}
 
 #[inline(always)]
