@@ -6,7 +6,7 @@
 
 use core::marker::PhantomData;
 
-use crate::cluster::{self, Clusters};
+use crate::cluster;
 use crate::geometry::Ray;
 use crate::indices::{Division, Statistics, Structure};
 use crate::memory::{
@@ -92,12 +92,23 @@ impl<R> Copy for Index<'_, R> {}
 impl<'a, R: Representation> Index<'a, R> {
     /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound.
     pub fn scratch_capacity(triangle_count: usize, options: &Options) -> usize {
-        let most_nodes = if R::CLUSTERED { (2 * triangle_count).saturating_sub(1) } else { 1 };
-        let persistent = Clusters::bytes(triangle_count)
-            .saturating_add(size_of_slice::<ClusterNode>(most_nodes));
-        let detect = if R::CLUSTERED { cluster::scratch_bytes(triangle_count) } else { 0 };
         let build = padded(R::Structure::scratch_bytes(triangle_count, options));
-        persistent.saturating_add(detect.max(build))
+        let nodes = if !R::Structure::READS_TREE {
+            0
+        } else if R::CLUSTERED {
+            triangle_count.saturating_mul(2).saturating_sub(1)
+        } else {
+            1
+        };
+        let nodes = size_of_slice::<ClusterNode>(nodes);
+        if !R::CLUSTERED {
+            return cluster::whole_bytes(triangle_count)
+                .saturating_add(nodes.saturating_add(build));
+        }
+        // One after the other in the same memory.
+        let detect = cluster::detect_bytes(triangle_count);
+        let join_or_build = nodes.saturating_add(cluster::join_bytes(triangle_count).max(build));
+        cluster::division_bytes(triangle_count).saturating_add(detect.max(join_or_build))
     }
 
     /// The bytes that [`Index::build`] needs: a dry run, in `scratch_capacity` bytes of scratch.
@@ -203,23 +214,12 @@ impl<'a, R: Representation> Index<'a, R> {
 
         // 1. Divide the triangles into clusters.
         let (clusters, scratch) = if R::CLUSTERED {
-            cluster::detect(scene, options, scratch).ok_or(scratch_full)?
+            cluster::detect(scene, options, &mut [], scratch).ok_or(scratch_full)?
         } else {
             cluster::whole(scene, scratch).ok_or(scratch_full)?
         };
 
-        // 2. Join the clusters into the cluster tree.
-        let node_count = (2 * clusters.count()).saturating_sub(1);
-        let mut scratch = Arena::new(scratch).ok_or(scratch_full)?;
-        let nodes = scratch.take::<ClusterNode>(node_count).ok_or(scratch_full)?;
-        let scratch = scratch.into_rest();
-        for (leaf, ids) in nodes.iter_mut().zip(clusters.iter()) {
-            let bounds = cluster::bounds_of(triangles, ids);
-            *leaf = ClusterNode { bounds, links: [0; 2], parent: NodeId::NONE };
-        }
-        cluster::join(nodes, clusters.count(), scratch).ok_or(scratch_full)?;
-
-        // 3. Lay out what is known already. In an arena too small for it, only count.
+        // 2. Lay out what is known already. In an arena too small for it, only count.
         let given = arena.len();
         let kind = if scene.beside { R::KIND | MESH_BESIDE } else { R::KIND };
         let layout = Layout::new(kind, triangles.len(), clusters.count());
@@ -230,13 +230,30 @@ impl<'a, R: Representation> Index<'a, R> {
         let fixed = fixed.map(|bytes| layout.split(bytes));
         let (header, own_triangles, own_nodes) = fixed.unwrap_or_default();
 
+        // 3. Join the clusters into the cluster tree, where it will lie. To count, only a structure that reads the
+        // tree needs one.
+        let node_count = (2 * clusters.count()).saturating_sub(1);
+        let mut scratch = Arena::new(scratch).ok_or(scratch_full)?;
+        let nodes = if own_nodes.is_empty() && R::Structure::READS_TREE {
+            scratch.take::<ClusterNode>(node_count).ok_or(scratch_full)?
+        } else {
+            own_nodes
+        };
+        let scratch = scratch.into_rest();
+        if !nodes.is_empty() {
+            for (leaf, ids) in nodes.iter_mut().zip(clusters.iter()) {
+                let bounds = cluster::bounds_of(triangles, ids);
+                *leaf = ClusterNode { bounds, links: [0; 2], parent: NodeId::NONE };
+            }
+            cluster::join(nodes, clusters.count(), scratch).ok_or(scratch_full)?;
+        }
+
         // 4. The structure over them.
         let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
         let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
         let slots = bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default();
         let mut words = Words::limited(slots, options.work_limit.unwrap_or(u64::MAX));
-        let division =
-            Division { triangles, rays: scene.rays, clusters: &clusters, nodes: &mut *nodes };
+        let division = Division { triangles, rays: scene.rays, clusters: &clusters, nodes };
         let built = R::Structure::build(division, options, &mut words, scratch, executor);
         *steps = words.steps();
         built?;
@@ -248,10 +265,7 @@ impl<'a, R: Representation> Index<'a, R> {
             return Err(BuildError::ArenaFull { needed, given });
         }
 
-        // 5. The tree, the triangles, and the header last.
-        for (to, from) in own_nodes.iter_mut().zip(nodes.iter()) {
-            *to = *from;
-        }
+        // 5. The triangles, and the header last.
         for (to, from) in own_triangles.iter_mut().zip(triangles.iter()) {
             *to = from;
         }

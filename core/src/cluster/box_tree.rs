@@ -12,7 +12,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::geometry::Aabb;
-use crate::memory::{Arena, SortBuffer, size_of_slice, sort_by_key};
+use crate::memory::{Arena, SortBuffer, size_of_slice, sort_by_key, sort_by_upper_half};
 
 /// Boxes in a group: fewer make more nodes, more make more comparisons. 4 to 8 measured alike.
 const GROUP: usize = 4;
@@ -38,38 +38,38 @@ impl NodeRef {
     }
 }
 
-/// What a tree is built with and lives in; all as long as there are boxes, `nodes` as long as
-/// [`BoxTree::node_count`] says.
+/// Memory that a tree is built with and then lives in, used anew for each step:
+///
+/// ```text
+/// ranks:  codes u64 | keys u64 | buffer u64
+/// curve:  codes u64 | buffer u64 and u32
+/// tree:   nodes
+/// ```
 pub(super) struct Scratch<'a> {
-    keys: &'a mut [u64],
-    codes: &'a mut [u64],
-    places: &'a mut [u32],
-    buffer: SortBuffer<'a>,
-    nodes: &'a mut [BoxNode],
+    bytes: &'a mut [u8],
 }
 
 impl<'a> Scratch<'a> {
     pub fn take(arena: &mut Arena<'a>, count: usize) -> Option<Self> {
-        Some(Self {
-            keys: arena.take(count)?,
-            codes: arena.take(count)?,
-            places: arena.take(count)?,
-            buffer: SortBuffer::take(arena, count)?,
-            nodes: arena.take(BoxTree::node_count(count))?,
-        })
+        Some(Self { bytes: arena.take(Self::bytes(count))? })
     }
 
     pub const fn bytes(count: usize) -> usize {
-        size_of_slice::<u64>(count)
-            .saturating_mul(2)
-            .saturating_add(size_of_slice::<u32>(count))
-            .saturating_add(SortBuffer::bytes(count))
-            .saturating_add(size_of_slice::<BoxNode>(BoxTree::node_count(count)))
+        // The ranks take more than the curve.
+        let sorting = size_of_slice::<u64>(count).saturating_mul(3);
+        let nodes = size_of_slice::<BoxNode>(BoxTree::node_count(count));
+        if sorting > nodes { sorting } else { nodes }
     }
 
-    /// The part that sorting needs, for other sorts.
-    pub fn sorting(&mut self) -> (&mut [u64], &mut SortBuffer<'a>) {
-        (self.keys, &mut self.buffer)
+    /// All of it, to be divided for a step.
+    fn arena(&mut self) -> Option<Arena<'_>> {
+        Arena::new(&mut *self.bytes)
+    }
+
+    /// Keys, and the buffer that sorting them needs, for other sorts while there is no tree.
+    pub fn sorting(&mut self, count: usize) -> Option<(&mut [u64], SortBuffer<'_>)> {
+        let mut arena = self.arena()?;
+        Some((arena.take(count)?, SortBuffer::take(&mut arena, count)?))
     }
 }
 
@@ -97,36 +97,36 @@ impl<'t> BoxTree<'t> {
         scratch: &'t mut Scratch<'_>,
     ) -> Option<Self> {
         let count = members.len();
-        let codes = scratch.codes.get_mut(..count)?;
-        let keys = scratch.keys.get_mut(..count)?;
-        let places = scratch.places.get_mut(..count)?;
+        let mut arena = scratch.arena()?;
+        let codes = arena.take::<u64>(count)?;
+        let rest = arena.into_rest();
+        let mut arena = Arena::new(&mut *rest)?;
+        let (keys, buffer) = (arena.take::<u64>(count)?, arena.take::<u64>(count)?);
         // 1. The rank of each centre on each axis, equal for equal coordinates.
         codes.fill(0);
         for axis in 0..3 {
-            for (((place, key), slot), &member) in
-                (0..).zip(keys.iter_mut()).zip(places.iter_mut()).zip(members.iter())
-            {
+            for ((place, key), &member) in (0_u32..).zip(keys.iter_mut()).zip(members.iter()) {
                 let bounds = boxes.get(member as usize).unwrap_or(&Aabb::EMPTY);
                 let [x, y, z] = bounds.centre().to_array();
-                *key = ascending_bits([x, y, z].get(axis).copied().unwrap_or(0.0));
-                *slot = place;
+                let coordinate = [x, y, z].get(axis).copied().unwrap_or(0.0);
+                *key = u64::from(ascending_bits(coordinate)) << 32 | u64::from(place);
             }
-            sort_by_key(keys, places, &mut scratch.buffer);
+            sort_by_upper_half(keys, buffer);
             let mut run = (0, 0);
-            for ((sorted, &key), &place) in (0_u64..).zip(keys.iter()).zip(places.iter()) {
-                if key != run.1 {
-                    run = (sorted, key);
+            for (sorted, &key) in (0_u64..).zip(keys.iter()) {
+                if key >> 32 != run.1 {
+                    run = (sorted, key >> 32);
                 }
                 let cell = (run.0 << CURVE_BITS).checked_div(count as u64).unwrap_or(0);
-                *codes.get_mut(place as usize)? |= spread(cell) << axis;
+                *codes.get_mut(key as u32 as usize)? |= spread(cell) << axis;
             }
         }
 
         // 2. Along the curve.
-        keys.copy_from_slice(codes);
-        sort_by_key(keys, members, &mut scratch.buffer);
+        let mut buffer = SortBuffer::take(&mut Arena::new(rest)?, count)?;
+        sort_by_key(codes, members, &mut buffer);
 
-        let nodes = scratch.nodes.get_mut(..Self::node_count(count))?;
+        let nodes = scratch.arena()?.take::<BoxNode>(Self::node_count(count))?;
         nodes.fill(BoxNode { bounds: Aabb::EMPTY, mark: Self::NO_MARK });
         let groups = nodes.len() / 2;
         let mut tree = Self { boxes, nodes, members, groups };
@@ -216,9 +216,9 @@ impl<'t> BoxTree<'t> {
 const CURVE_BITS: u32 = 21;
 
 /// Bits that sort like the number.
-fn ascending_bits(x: f32) -> u64 {
+fn ascending_bits(x: f32) -> u32 {
     let bits = x.to_bits();
-    u64::from(if bits >> 31 == 1 { !bits } else { bits | 1 << 31 })
+    if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
 }
 
 /// Puts two zeros between the lowest 21 bits.

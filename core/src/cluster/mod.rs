@@ -21,7 +21,7 @@ use crate::geometry::{Aabb, Box4};
 use crate::memory::{Arena, size_of_slice};
 use crate::{BuildError, Mesh, Options, Scene};
 
-pub(crate) use tree::join;
+pub(crate) use tree::{join, join_bytes};
 
 /// Joining halves the number of nodes in each round, so 2^30 triangles need 30 rounds.
 pub(crate) const MAX_TREE_DEPTH: usize = 30;
@@ -66,11 +66,6 @@ impl Clusters<'_> {
         let ends = start.zip(self.ends.get(cluster).copied());
         ends.and_then(|(start, end)| self.order.get(start as usize..end as usize)).unwrap_or(&[])
     }
-
-    /// The scratch that a division occupies as long as it is used.
-    pub(crate) const fn bytes(triangle_count: usize) -> usize {
-        size_of_slice::<u32>(triangle_count).saturating_mul(3)
-    }
 }
 
 /// The smallest box around some triangles.
@@ -81,7 +76,9 @@ pub(crate) fn bounds_of(triangles: Mesh<'_>, ids: &[u32]) -> Aabb {
 
 /// The bytes of scratch that [`find`] needs for so many triangles.
 pub const fn scratch_capacity(triangle_count: usize) -> usize {
-    Clusters::bytes(triangle_count).saturating_add(scratch_bytes(triangle_count))
+    size_of_slice::<u32>(triangle_count)
+        .saturating_add(division_bytes(triangle_count))
+        .saturating_add(detect_bytes(triangle_count))
 }
 
 /// Finds the clusters of a scene.
@@ -104,17 +101,26 @@ pub fn find<'s>(
     if given < needed {
         return Err(full);
     }
-    let arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
-    Ok(detect(scene, options, arena).ok_or(full)?.0)
+    let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+    let classes = arena.take::<u32>(scene.triangles.len()).ok_or(full)?;
+    Ok(detect(scene, options, classes, arena).ok_or(full)?.0)
 }
 
-/// Scratch for the steps, beside what the result occupies, for as many primitives or clusters.
-pub(crate) const fn scratch_bytes(count: usize) -> usize {
-    let detect = size_of_slice::<Aabb>(count)
-        .saturating_add(size_of_slice::<u32>(count).saturating_mul(3))
-        .saturating_add(box_tree::Scratch::bytes(count));
-    let join = tree::scratch_bytes(count);
-    if detect > join { detect } else { join }
+/// Scratch that a division of so many triangles occupies as long as it is used, but for the classes.
+pub(crate) const fn division_bytes(triangle_count: usize) -> usize {
+    size_of_slice::<u32>(triangle_count).saturating_mul(2)
+}
+
+/// Scratch that the division into a single cluster occupies.
+pub(crate) const fn whole_bytes(triangle_count: usize) -> usize {
+    size_of_slice::<u32>(triangle_count).saturating_add(size_of_slice::<u32>(1))
+}
+
+/// Scratch that [`detect`] needs beside the division.
+pub(crate) const fn detect_bytes(count: usize) -> usize {
+    size_of_slice::<Aabb>(count)
+        .saturating_add(size_of_slice::<u32>(count))
+        .saturating_add(box_tree::Scratch::bytes(count))
 }
 
 /// The division into a single cluster, none for an empty scene, and the scratch left over.
@@ -125,30 +131,29 @@ pub(crate) fn whole<'s>(
     let count = scene.triangles.len();
     let order = arena.take::<u32>(count)?;
     let ends = arena.take::<u32>(count.min(1))?;
-    let classes = arena.take::<u32>(count.min(1))?;
     for (id, slot) in (0..).zip(order.iter_mut()) {
         *slot = id;
     }
     ends.fill(count as u32);
-    classes.fill(0);
-    let class_count = classes.len() as u32;
-    Some((Clusters { order, ends, classes, class_count }, arena.into_rest()))
+    let class_count = ends.len() as u32;
+    Some((Clusters { order, ends, classes: &[], class_count }, arena.into_rest()))
 }
 
-/// The division that `find` describes, and the scratch left over. `None` if the scratch is full.
+/// The division that `find` describes, and the scratch left over. `None` if the scratch is full. `classes` is
+/// empty if nobody asks for them, else as long as there are triangles.
 pub(crate) fn detect<'s>(
     scene: &Scene<'_>,
     options: &Options,
+    classes: &'s mut [u32],
     mut arena: Arena<'s>,
 ) -> Option<(Clusters<'s>, &'s mut [u8])> {
     let count = scene.triangles.len();
     let order = arena.take::<u32>(count)?;
     let ends = arena.take::<u32>(count)?;
-    let classes = arena.take::<u32>(count)?;
     let rest = arena.into_rest();
     let found = divide(scene, options, order, ends, classes, Arena::new(&mut *rest)?)?;
     let ends = ends.get(..found.cluster_count as usize)?;
-    let classes = classes.get(..found.cluster_count as usize)?;
+    let classes = classes.get(..found.cluster_count as usize).unwrap_or_default();
     Some((Clusters { order, ends, classes, class_count: found.class_count }, rest))
 }
 
@@ -157,7 +162,8 @@ struct Found {
     class_count: u32,
 }
 
-/// Fills the three lists, each as long as there are triangles.
+/// Fills the lists, each as long as there are triangles; `classes` may be empty. On the way they hold what is needed
+/// before they are filled.
 fn divide(
     scene: &Scene<'_>,
     options: &Options,
@@ -183,17 +189,17 @@ fn divide(
     }
 
     // 2. Size classes, then the components of each class.
-    let class_of = arena.take::<u32>(count)?;
-    let sorted = arena.take::<u32>(count)?;
+    let (class_of, sorted) = (order, ends);
     let component = arena.take::<u32>(count)?;
     for (id, slot) in (0..).zip(component.iter_mut()) {
         *slot = id;
     }
     let mut scratch = box_tree::Scratch::take(&mut arena, count)?;
-    let (keys, buffer) = scratch.sorting();
+    let (keys, mut buffer) = scratch.sorting(count)?;
+    let size_classes = size_class::divide(boxes, options, keys, sorted, &mut buffer);
     let mut first = 0;
     let mut class_count = 0;
-    for class in size_class::divide(boxes, options, keys, sorted, buffer) {
+    for class in size_classes {
         let members = sorted.get_mut(first..class.end)?;
         first = class.end;
         for &member in members.iter() {
@@ -206,7 +212,8 @@ fn divide(
     }
 
     // 3. Number the components by their lowest triangle, and list the triangles of each.
-    let number_of = sorted;
+    let (order, ends) = (class_of, sorted);
+    let number_of: &mut [u32] = bytemuck::must_cast_slice_mut(boxes);
     number_of.fill(u32::MAX);
     let mut cluster_count = 0;
     ends.fill(0);
@@ -216,7 +223,10 @@ fn divide(
         let number = number_of.get_mut(root)?;
         if *number == u32::MAX {
             *number = cluster_count;
-            *classes.get_mut(cluster_count as usize)? = *class_of.get(primitive as usize)?;
+            let class = *order.get(primitive as usize)?;
+            if let Some(slot) = classes.get_mut(cluster_count as usize) {
+                *slot = class;
+            }
             cluster_count += 1;
         }
         *ends.get_mut(*number as usize)? += 1;

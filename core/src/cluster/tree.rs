@@ -24,10 +24,9 @@ use crate::geometry::Aabb;
 use crate::memory::{Arena, ClusterNode, NodeId, size_of_slice, sort_by_key};
 
 /// The scratch that joining `count` clusters needs.
-pub(super) const fn scratch_bytes(count: usize) -> usize {
+pub(crate) const fn join_bytes(count: usize) -> usize {
     size_of_slice::<Aabb>(count)
-        .saturating_add(size_of_slice::<u32>(count).saturating_mul(6))
-        .saturating_add(size_of_slice::<u64>(count))
+        .saturating_add(size_of_slice::<u32>(count).saturating_mul(5))
         .saturating_add(Scratch::bytes(count))
 }
 
@@ -46,9 +45,7 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
     let mut next_active = arena.take::<u32>(count)?;
     let members = arena.take::<u32>(count)?;
     let partner = arena.take::<u32>(count)?;
-    let chain = arena.take::<u32>(count)?;
     let place_of = arena.take::<u32>(count)?;
-    let gaps = arena.take::<u64>(count)?;
     let mut scratch = Scratch::take(&mut arena, count)?;
 
     for (id, slot) in (0..).zip(active.iter_mut()) {
@@ -65,9 +62,11 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
         }
         let members = members.get_mut(..active_count)?;
         let partner = partner.get_mut(..active_count)?;
-        pair_up(boxes, members, partner, chain, place_of, &mut scratch)?;
+        // The next round's list is still empty, and serves for the chain.
+        pair_up(boxes, members, partner, next_active, place_of, &mut scratch)?;
 
         // 2. Sort the pairs by gap; they start out by lower place, and the sort is stable.
+        let (gaps, mut buffer) = scratch.sorting(active_count)?;
         let mut pair_count = 0;
         for (lower, &higher) in (0..).zip(partner.iter()) {
             if higher != NONE && lower < higher {
@@ -78,7 +77,7 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
             }
         }
         let pairs = members.get_mut(..pair_count)?;
-        sort_by_key(gaps.get_mut(..pair_count)?, pairs, scratch.sorting().1);
+        sort_by_key(gaps.get_mut(..pair_count)?, pairs, &mut buffer);
 
         // 3. Join; what is left over has the lowest id of the next round.
         let mut filled = 0;

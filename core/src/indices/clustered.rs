@@ -6,7 +6,7 @@ use core::ops::ControlFlow;
 use super::near_first::walk_near_first;
 use super::{Division, Group, Local, LocalIndex, Statistics, Structure};
 use crate::auto::CostModel;
-use crate::cluster::MAX_TREE_DEPTH;
+use crate::cluster::{MAX_TREE_DEPTH, bounds_of};
 use crate::geometry::{RaySpan, Span};
 use crate::index::Representation;
 use crate::memory::{Image, NodeId, Words};
@@ -32,6 +32,8 @@ impl<L: LocalIndex> Structure for L {
     const COST: CostModel = L::COST;
     const GOES_BY_RAYS: bool = L::GOES_BY_RAYS;
 
+    const READS_TREE: bool = false;
+
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
         L::scratch_bytes(triangle_count, options)
     }
@@ -43,12 +45,17 @@ impl<L: LocalIndex> Structure for L {
         scratch: &mut [u8],
         _: &impl Executor,
     ) -> Result<(), BuildError> {
-        let Division { triangles, rays, .. } = division;
-        for (leaf, ids) in division.nodes.iter_mut().zip(division.clusters.iter()) {
+        let Division { triangles, rays, clusters, nodes } = division;
+        let mut leaves = nodes.iter_mut();
+        for ids in clusters.iter() {
             let first = words.len();
-            let group = Group { triangles, rays, ids, bounds: leaf.bounds };
-            L::build(&group, options, words, scratch)?;
-            leaf.links = [first as u32, (words.len() - first) as u32];
+            let leaf = leaves.next();
+            let bounds = leaf.as_ref().map(|leaf| leaf.bounds);
+            let bounds = bounds.unwrap_or_else(|| bounds_of(triangles, ids));
+            L::build(&Group { triangles, rays, ids, bounds }, options, words, scratch)?;
+            if let Some(leaf) = leaf {
+                leaf.links = [first as u32, (words.len() - first) as u32];
+            }
         }
         Ok(())
     }

@@ -108,6 +108,8 @@ pub trait Structure: 'static {
     const GOES_BY_RAYS: bool = false;
     /// Whether the words hold the triangles, so that the image need not.
     const HOLDS_TRIANGLES: bool = false;
+    /// Whether `build` reads the cluster tree. If not, a dry run makes none, and [`Division::nodes`] is empty then.
+    const READS_TREE: bool = true;
 
     /// A bound on the scratch bytes that `triangle_count` triangles need, however they are divided.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
@@ -166,7 +168,8 @@ pub struct Division<'a> {
     pub rays: &'a [Ray],
     /// The clusters; one if they are not asked for.
     pub clusters: &'a Clusters<'a>,
-    /// The cluster tree; a leaf's links are the structure's affair.
+    /// The cluster tree, its leaves first; a leaf's links are the structure's affair. Empty in a dry run of a
+    /// structure that does not [read](Structure::READS_TREE) it.
     pub nodes: &'a mut [ClusterNode],
 }
 

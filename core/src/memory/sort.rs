@@ -3,7 +3,9 @@
 //! The standard library's sort is not used: it may panic where a comparison is inconsistent, and it
 //! is not linear. Eight passes of eight bits, those in which all keys agree are skipped.
 
-use super::{Arena, size_of_slice};
+use core::ops::Range;
+
+use super::Arena;
 
 /// Room for sorting `count` keys.
 pub(crate) struct SortBuffer<'a> {
@@ -15,24 +17,37 @@ impl<'a> SortBuffer<'a> {
     pub fn take(arena: &mut Arena<'a>, count: usize) -> Option<Self> {
         Some(Self { keys: arena.take(count)?, values: arena.take(count)? })
     }
-
-    pub const fn bytes(count: usize) -> usize {
-        size_of_slice::<u64>(count).saturating_add(size_of_slice::<u32>(count))
-    }
 }
 
 /// Sorts `values` by `keys`, as many, at most as many as the buffer was taken for; equal keys keep their order.
 pub(crate) fn sort_by_key(keys: &mut [u64], values: &mut [u32], buffer: &mut SortBuffer<'_>) {
+    sort_by_digits(0..8, keys, values, buffer.keys, buffer.values);
+}
+
+/// Sorts `keys` by their upper half, with `buffer`, which is at least as long; the lower half is a value that comes
+/// along, and equal keys keep their order.
+pub(crate) fn sort_by_upper_half(keys: &mut [u64], buffer: &mut [u64]) {
+    sort_by_digits(4..8, keys, &mut [], buffer, &mut []);
+}
+
+/// Sorts by some digits of the keys, the lowest first; `values` are as many as the keys, or none.
+fn sort_by_digits(
+    digits: Range<u32>,
+    keys: &mut [u64],
+    values: &mut [u32],
+    buffer: &mut [u64],
+    value_buffer: &mut [u32],
+) {
     let count = keys.len();
     let (Some(mut other_keys), Some(mut other_values)) =
-        (buffer.keys.get_mut(..count), buffer.values.get_mut(..count))
+        (buffer.get_mut(..count), value_buffer.get_mut(..values.len()))
     else {
         debug_assert!(false, "the sort buffer is too short");
         return;
     };
     let (mut keys, mut values) = (keys, values);
     let mut swapped = false;
-    for digit in 0..8 {
+    for digit in digits {
         let digit_of = |key: u64| (key >> (8 * digit)) as usize & 0xff;
         let mut starts = [0_u32; 256];
         for &key in keys.iter() {
@@ -45,13 +60,15 @@ pub(crate) fn sort_by_key(keys: &mut [u64], values: &mut [u32], buffer: &mut Sor
         for start in &mut starts {
             sum += core::mem::replace(start, sum);
         }
-        for (&key, &value) in keys.iter().zip(values.iter()) {
+        for (at, &key) in keys.iter().enumerate() {
             let start = &mut starts[digit_of(key)];
             let place = *start as usize;
             *start += 1;
-            if let (Some(k), Some(v)) = (other_keys.get_mut(place), other_values.get_mut(place)) {
-                *k = key;
-                *v = value;
+            if let Some(slot) = other_keys.get_mut(place) {
+                *slot = key;
+            }
+            if let (Some(slot), Some(&value)) = (other_values.get_mut(place), values.get(at)) {
+                *slot = value;
             }
         }
         core::mem::swap(&mut keys, &mut other_keys);
