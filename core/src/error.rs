@@ -125,6 +125,16 @@ pub enum ImageError {
         /// The kind found.
         found: u32,
     },
+    /// An image of a kind that was left out of this build.
+    KindLeftOut {
+        /// The feature of this crate that compiles it in.
+        feature: &'static str,
+    },
+    /// An image of a kind that this version does not know.
+    UnknownKind {
+        /// The kind found.
+        found: u32,
+    },
     /// The index was built beside a mesh, without which it has no triangles: see
     /// [`crate::Index::from_bytes_beside`].
     MeshMissing,
@@ -164,6 +174,14 @@ impl fmt::Display for ImageError {
             Self::OtherVersion { found } => write!(f, "the image has format version {found}"),
             Self::OtherKind { expected, found } => {
                 write!(f, "the image holds an index of kind {found:#x}, not {expected:#x}")
+            }
+            Self::KindLeftOut { feature } => write!(
+                f,
+                "the image holds a {feature} or a hierarchy of them, which this program was built without: \
+                 turn on the feature {feature} of arboleda"
+            ),
+            Self::UnknownKind { found } => {
+                write!(f, "the image holds an index of the unknown kind {found:#x}")
             }
             Self::MeshMissing => {
                 f.write_str("the index was built beside a mesh, and has to be read beside it")

@@ -74,6 +74,29 @@ pub trait Representation: 'static {
         | if Self::Structure::HOLDS_TRIANGLES { WORDS_HOLD_TRIANGLES } else { 0 };
 }
 
+/// The scratch bytes that are enough where the structure needs `structure` bytes.
+pub(crate) const fn scratch_with<R: Representation>(
+    triangle_count: usize,
+    structure: usize,
+) -> usize {
+    let build = padded(structure);
+    let nodes = match (R::Structure::READS_TREE, R::CLUSTERED) {
+        (false, _) => 0,
+        (true, true) => triangle_count.saturating_mul(2).saturating_sub(1),
+        (true, false) => 1,
+    };
+    let nodes = size_of_slice::<ClusterNode>(nodes);
+    if !R::CLUSTERED {
+        return cluster::whole_bytes(triangle_count).saturating_add(nodes.saturating_add(build));
+    }
+    // Steps one after the other, in the same memory.
+    let (detect, join) =
+        (cluster::detect_bytes(triangle_count), cluster::join_bytes(triangle_count));
+    let later = nodes.saturating_add(if join > build { join } else { build });
+    let steps = if detect > later { detect } else { later };
+    cluster::division_bytes(triangle_count).saturating_add(steps)
+}
+
 /// An index in an arena.
 pub struct Index<'a, R> {
     image: Image<'a>,
@@ -90,25 +113,10 @@ impl<R> Clone for Index<'_, R> {
 impl<R> Copy for Index<'_, R> {}
 
 impl<'a, R: Representation> Index<'a, R> {
-    /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound.
+    /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound. As a constant:
+    /// [`IndexKind::scratch_capacity`](crate::IndexKind::scratch_capacity).
     pub fn scratch_capacity(triangle_count: usize, options: &Options) -> usize {
-        let build = padded(R::Structure::scratch_bytes(triangle_count, options));
-        let nodes = if !R::Structure::READS_TREE {
-            0
-        } else if R::CLUSTERED {
-            triangle_count.saturating_mul(2).saturating_sub(1)
-        } else {
-            1
-        };
-        let nodes = size_of_slice::<ClusterNode>(nodes);
-        if !R::CLUSTERED {
-            return cluster::whole_bytes(triangle_count)
-                .saturating_add(nodes.saturating_add(build));
-        }
-        // One after the other in the same memory.
-        let detect = cluster::detect_bytes(triangle_count);
-        let join_or_build = nodes.saturating_add(cluster::join_bytes(triangle_count).max(build));
-        cluster::division_bytes(triangle_count).saturating_add(detect.max(join_or_build))
+        scratch_with::<R>(triangle_count, R::Structure::scratch_bytes(triangle_count, options))
     }
 
     /// The bytes that [`Index::build`] needs: a dry run, in `scratch_capacity` bytes of scratch.
@@ -275,7 +283,7 @@ impl<'a, R: Representation> Index<'a, R> {
         encode_header(header, kind, triangle_count, cluster_count, word_count, fingerprint);
         let image = Image::view(arena, scene.kept())
             .map_err(|_| BuildError::ArenaFull { needed, given })?;
-        Ok(Self { image, vectors: Vectors::detect(), representation: PhantomData })
+        Ok(Self::of_checked(image))
     }
 
     /// Takes over bytes that [`RayIndex::as_bytes`] gave, in place.
@@ -308,9 +316,14 @@ impl<'a, R: Representation> Index<'a, R> {
         if found != R::KIND {
             return Err(ImageError::OtherKind { expected: R::KIND, found });
         }
-        let index = Self { image, vectors: Vectors::detect(), representation: PhantomData };
+        let index = Self::of_checked(image);
         index.check()?;
         Ok(index)
+    }
+
+    /// The index that is in an image, of which this is known, or about to be checked.
+    pub(crate) fn of_checked(image: Image<'a>) -> Self {
+        Self { image, vectors: Vectors::detect(), representation: PhantomData }
     }
 
     /// Walks the whole structure, checks its invariants, and says what it consists of.

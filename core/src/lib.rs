@@ -10,6 +10,12 @@
 //! a file or put in ROM, and queried in place. No allocation, no panic, no recursion without a
 //! bound, and the same bits on every target.
 //!
+//! # Features
+//! One for each kind of index, all of them by default: `octree`, `octree-r`, `uniform-grid`, `kd-tree`, `bsp-tree`,
+//! `bvh`, `wide-octree`, `compact-octree`, `lean-octree`. Each is the index alone and for each cluster. The linear scan is
+//! always there. With `default-features = false` and one of them, [`AnyIndex`] and [`auto::select`] contain the code of
+//! that kind only, and bytes of another are refused by name.
+//!
 //! # Examples
 //! ```
 //! use arboleda::{Block, Clustered, Index, Octree, Options, Ray, RayIndex, Scene, Triangle, Vec3};
@@ -29,6 +35,8 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 #![no_std]
+// Rooms that several kinds share have parts that not every kind needs.
+#![cfg_attr(not(feature = "all-kinds"), allow(dead_code, unused_imports, unused_macros))]
 #![warn(clippy::pedantic)]
 #![allow(
     clippy::cast_possible_truncation, // counts are checked against the u32 limit once, in `build`
@@ -60,10 +68,25 @@ pub use executor::{Executor, Sequential};
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
 pub use index::{Capacity, Index, RayIndex, Representation};
-pub use indices::{
-    AnyIndex, BspTree, Bvh, Clustered, CompactOctree, IndexKind, KdTree, LeanOctree, Linear,
-    Octree, OctreeR, UniformGrid, WideOctree,
-};
+#[cfg(feature = "bsp-tree")]
+pub use indices::BspTree;
+#[cfg(feature = "bvh")]
+pub use indices::Bvh;
+#[cfg(feature = "compact-octree")]
+pub use indices::CompactOctree;
+#[cfg(feature = "kd-tree")]
+pub use indices::KdTree;
+#[cfg(feature = "lean-octree")]
+pub use indices::LeanOctree;
+#[cfg(feature = "octree")]
+pub use indices::Octree;
+#[cfg(feature = "octree-r")]
+pub use indices::OctreeR;
+#[cfg(feature = "uniform-grid")]
+pub use indices::UniformGrid;
+#[cfg(feature = "wide-octree")]
+pub use indices::WideOctree;
+pub use indices::{AnyIndex, Clustered, IndexKind, Linear};
 pub use memory::Block;
 pub use mesh::{Mesh, MeshError};
 pub use query::{AllHits, Counters, Hit, TriangleId};

@@ -1,7 +1,6 @@
 //! What an index is built from: triangles, and the options.
 
 use crate::auto::CostModel;
-use crate::indices::MOST_CELLS_ON_AXIS;
 use crate::{BuildError, Mesh, Ray, Triangle};
 
 /// The triangles of a scene, which whole objects they belong to and which rays it will be asked about where that
@@ -141,20 +140,23 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            leaf_capacity: 12,
-            level: Level::Automatic,
-            proximity: 0.5,
-            size_classes: 4,
-            resolution: Resolution::Automatic,
-            bvh_build: BvhBuild::Binned,
-            cost: None,
-            work_limit: None,
-        }
+        Self::DEFAULT
     }
 }
 
 impl Options {
+    /// The defaults, where a constant is needed.
+    pub const DEFAULT: Self = Self {
+        leaf_capacity: 12,
+        level: Level::Automatic,
+        proximity: 0.5,
+        size_classes: 4,
+        resolution: Resolution::Automatic,
+        bvh_build: BvhBuild::Binned,
+        cost: None,
+        work_limit: None,
+    };
+
     /// The model to estimate with; [`crate::Index::build`] has filled in the index's own.
     pub(crate) fn cost_model(&self) -> CostModel {
         self.cost.unwrap_or_default()
@@ -221,6 +223,9 @@ pub enum BvhBuild {
     /// By inserting one triangle after the other where the surfaces grow least.
     Insertion,
 }
+
+/// Cells of a uniform grid along an axis: their planes stay apart in `f64` whatever the `f32` box.
+pub(crate) const MOST_CELLS_ON_AXIS: u32 = 1 << 16;
 
 /// Cells of 2^-20 of the root: finer than `f32` tells coordinates of the root apart usefully.
 pub(crate) const MAX_LEVEL: u32 = 20;

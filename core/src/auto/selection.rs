@@ -26,12 +26,19 @@ const KINDS: usize = IndexKind::ALL.len();
 /// not: it is a sixth slower than the wide one, which is less than weights tell apart on some scenes.
 pub const USUAL: &[IndexKind] = &[
     IndexKind::Linear,
+    #[cfg(feature = "octree")]
     IndexKind::OctreeHierarchy,
+    #[cfg(feature = "uniform-grid")]
     IndexKind::GridHierarchy,
+    #[cfg(feature = "kd-tree")]
     IndexKind::KdTree,
+    #[cfg(feature = "bvh")]
     IndexKind::Bvh,
+    #[cfg(feature = "bvh")]
     IndexKind::BvhHierarchy,
+    #[cfg(feature = "wide-octree")]
     IndexKind::WideOctree,
+    #[cfg(feature = "wide-octree")]
     IndexKind::WideOctreeHierarchy,
 ];
 

@@ -29,13 +29,19 @@ pub(crate) struct Tried {
 
 /// The fewest rays to judge by. A group that fewer of the caller's rays pass is tried on rays of its own.
 const FEWEST: usize = 32;
+/// The most rays to judge by.
+const MOST: usize = 384;
 /// The most of the caller's rays that are looked at for one group: ten times what it is tried on.
 const LOOKED_AT: usize = 4096;
 
 /// How many rays a group of so many triangles is tried on: enough that another choice of them changes little,
 /// and few beside the triangles that are filed for each trial.
-pub(crate) fn ray_count(triangle_count: usize) -> usize {
-    triangle_count.clamp(FEWEST, 384)
+pub(crate) const fn ray_count(triangle_count: usize) -> usize {
+    match triangle_count {
+        0..FEWEST => FEWEST,
+        FEWEST..MOST => triangle_count,
+        _ => MOST,
+    }
 }
 
 /// Rays through a group.

@@ -79,16 +79,21 @@ pub(super) fn push_leaf(
     (place - start) as u32 | LEAF
 }
 
+/// See [`LocalIndex::scratch_bytes`].
+pub(super) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+    match options.bvh_build {
+        BvhBuild::Binned => size_of_slice::<u32>(triangle_count).saturating_mul(2),
+        BvhBuild::Insertion => bvh_insertion::scratch_bytes(triangle_count),
+    }
+}
+
 impl LocalIndex for Bvh {
     const NAME: &'static str = "bvh";
     const HIERARCHY_NAME: &'static str = "bvh-hierarchy";
     const KIND: u32 = 7;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        match options.bvh_build {
-            BvhBuild::Binned => size_of_slice::<u32>(triangle_count).saturating_mul(2),
-            BvhBuild::Insertion => bvh_insertion::scratch_bytes(triangle_count),
-        }
+        scratch_bytes(triangle_count, options)
     }
 
     fn build(

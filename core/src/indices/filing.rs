@@ -49,7 +49,7 @@ pub(super) struct Lists<'s> {
 }
 
 impl<'s> Lists<'s> {
-    pub fn scratch_bytes(triangle_count: usize, levels: usize) -> usize {
+    pub const fn scratch_bytes(triangle_count: usize, levels: usize) -> usize {
         let entries = triangle_count.saturating_mul(levels + 1);
         size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
     }

@@ -15,13 +15,18 @@ use crate::{BuildError, Options};
 /// The linear scan.
 pub enum Linear {}
 
+/// See [`LocalIndex::scratch_bytes`].
+pub(super) const fn scratch_bytes(_: usize, _: &Options) -> usize {
+    0
+}
+
 impl LocalIndex for Linear {
     const NAME: &'static str = "linear";
     const HIERARCHY_NAME: &'static str = "linear-hierarchy";
     const KIND: u32 = 1;
 
-    fn scratch_bytes(_: usize, _: &Options) -> usize {
-        0
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+        scratch_bytes(triangle_count, options)
     }
 
     fn build(

@@ -1,41 +1,67 @@
 //! The ways to find the triangles near a ray: one file each.
 //!
+//! Each kind is a feature of this crate, so that one can be had without the code of the others; the linear scan is
+//! always there.
+//!
 //! To add an index, implement [`LocalIndex`] in a file of its own and add one line to
 //! `registry.rs`; the command line, the tests, the benches and the fuzz targets then run it, alone and
 //! clustered.
 
+#[cfg(feature = "bsp-tree")]
 mod bsp_tree;
+#[cfg(feature = "bvh")]
 mod bvh;
+#[cfg(feature = "bvh")]
 mod bvh_insertion;
+#[cfg(any(feature = "octree", feature = "octree-r", feature = "kd-tree", feature = "bsp-tree"))]
 mod cell;
 mod clustered;
+#[cfg(any(feature = "compact-octree", feature = "lean-octree"))]
 mod compact_octree;
+#[cfg(any(feature = "octree", feature = "octree-r", feature = "kd-tree", feature = "bsp-tree"))]
 mod filing;
+#[cfg(feature = "kd-tree")]
 mod kd_tree;
 mod linear;
 mod near_first;
+#[cfg(any(feature = "octree", feature = "octree-r"))]
 mod octants;
+#[cfg(feature = "octree")]
 mod octree;
+#[cfg(feature = "octree-r")]
 mod octree_r;
+#[cfg(any(feature = "kd-tree", feature = "bsp-tree"))]
 mod plane_tree;
 mod registry;
+#[cfg(any(feature = "octree-r", feature = "kd-tree"))]
 mod split_cost;
+#[cfg(feature = "uniform-grid")]
 mod uniform_grid;
+#[cfg(any(feature = "wide-octree", feature = "compact-octree", feature = "lean-octree"))]
 mod wide_octree;
 
 use core::ops::ControlFlow;
 
+#[cfg(feature = "bsp-tree")]
 pub use bsp_tree::BspTree;
+#[cfg(feature = "bvh")]
 pub use bvh::Bvh;
 pub use clustered::Clustered;
-pub use compact_octree::{CompactOctree, LeanOctree};
+#[cfg(feature = "compact-octree")]
+pub use compact_octree::CompactOctree;
+#[cfg(feature = "lean-octree")]
+pub use compact_octree::LeanOctree;
+#[cfg(feature = "kd-tree")]
 pub use kd_tree::KdTree;
 pub use linear::Linear;
+#[cfg(feature = "octree")]
 pub use octree::Octree;
+#[cfg(feature = "octree-r")]
 pub use octree_r::OctreeR;
 pub use registry::{AnyIndex, IndexKind};
-pub(crate) use uniform_grid::MOST_CELLS_ON_AXIS;
+#[cfg(feature = "uniform-grid")]
 pub use uniform_grid::UniformGrid;
+#[cfg(feature = "wide-octree")]
 pub use wide_octree::WideOctree;
 
 use crate::auto::CostModel;
@@ -292,6 +318,7 @@ impl Statistics {
 }
 
 /// Implements [`LocalIndex`] by a shared tree, of which the type is the division.
+#[cfg(any(feature = "octree", feature = "octree-r", feature = "kd-tree", feature = "bsp-tree"))]
 macro_rules! forward_local_index {
     ($index:ty, $tree:ident, $kind:literal, $name:literal, $tests_per_node:literal) => {
         impl $crate::indices::LocalIndex for $index {
@@ -330,4 +357,10 @@ macro_rules! forward_local_index {
         }
     };
 }
+#[cfg(any(
+    feature = "octree",
+    feature = "octree-r",
+    feature = "kd-tree",
+    feature = "bsp-tree"
+))]
 use forward_local_index;

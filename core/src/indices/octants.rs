@@ -47,11 +47,17 @@ const LEVELS: usize = MAX_LEVEL as usize + 1;
 /// Surfaces fill 4^12 = 16 million cells of this level; scratch grows with it.
 const MAX_AUTOMATIC_LEVEL: u32 = 12;
 
-fn levels_at_most(options: &Options) -> usize {
-    match options.level {
-        Level::AtMost(level) => level.min(MAX_LEVEL) as usize,
-        Level::Automatic => MAX_AUTOMATIC_LEVEL as usize,
-    }
+const fn levels_at_most(options: &Options) -> usize {
+    let level = match options.level {
+        Level::AtMost(level) => level,
+        Level::Automatic => MAX_AUTOMATIC_LEVEL,
+    };
+    (if level < MAX_LEVEL { level } else { MAX_LEVEL }) as usize
+}
+
+/// See [`LocalIndex::scratch_bytes`](super::LocalIndex::scratch_bytes).
+pub(super) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+    Lists::scratch_bytes(triangle_count, levels_at_most(options))
 }
 
 /// The plane across each axis, where there is one.
@@ -81,7 +87,7 @@ pub(super) struct Octants<D>(PhantomData<D>);
 
 impl<D: Division> Octants<D> {
     pub fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        Lists::scratch_bytes(triangle_count, levels_at_most(options))
+        scratch_bytes(triangle_count, options)
     }
 
     pub fn build(

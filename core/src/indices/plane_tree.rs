@@ -66,21 +66,27 @@ pub(super) struct PlaneTree<D>(PhantomData<D>);
 
 /// Balanced, a tree of `n` leaves is `log2 n` deep; 8 + 1.3 log2 n is the customary limit
 /// (Pharr, Jakob, Humphreys, *Physically Based Rendering*).
-fn customary_depth(triangle_count: usize) -> u32 {
-    let log2 = usize::BITS - triangle_count.leading_zeros();
-    (8 + log2 * 13 / 10).min(MAX_DEPTH as u32)
+const fn customary_depth(triangle_count: usize) -> u32 {
+    let depth = 8 + (usize::BITS - triangle_count.leading_zeros()) * 13 / 10;
+    if depth < MAX_DEPTH as u32 { depth } else { MAX_DEPTH as u32 }
 }
 
-fn depth_at_most(triangle_count: usize, options: &Options) -> u32 {
+const fn depth_at_most(triangle_count: usize, options: &Options) -> u32 {
     match options.level {
-        Level::AtMost(level) => level.min(MAX_LEVEL) * DIVISIONS_PER_LEVEL,
+        Level::AtMost(level) if level < MAX_LEVEL => level * DIVISIONS_PER_LEVEL,
+        Level::AtMost(_) => MAX_LEVEL * DIVISIONS_PER_LEVEL,
         Level::Automatic => customary_depth(triangle_count),
     }
 }
 
+/// See [`LocalIndex::scratch_bytes`](super::LocalIndex::scratch_bytes).
+pub(super) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+    Lists::scratch_bytes(triangle_count, depth_at_most(triangle_count, options) as usize)
+}
+
 impl<D: Division> PlaneTree<D> {
     pub fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        Lists::scratch_bytes(triangle_count, depth_at_most(triangle_count, options) as usize)
+        scratch_bytes(triangle_count, options)
     }
 
     pub fn build(

@@ -1,12 +1,27 @@
-//! The list of all indices: one line each.
+//! The list of all indices: one line each, with the number of the kind and the room whose `scratch_bytes` is its own.
 
-use super::{
-    BspTree, Bvh, Clustered, CompactOctree, KdTree, LeanOctree, Linear, Octree, OctreeR, Structure,
-    UniformGrid, WideOctree,
-};
+#[cfg(feature = "bsp-tree")]
+use super::BspTree;
+#[cfg(feature = "bvh")]
+use super::Bvh;
+#[cfg(feature = "compact-octree")]
+use super::CompactOctree;
+#[cfg(feature = "kd-tree")]
+use super::KdTree;
+#[cfg(feature = "lean-octree")]
+use super::LeanOctree;
+#[cfg(feature = "octree")]
+use super::Octree;
+#[cfg(feature = "octree-r")]
+use super::OctreeR;
+#[cfg(feature = "uniform-grid")]
+use super::UniformGrid;
+#[cfg(feature = "wide-octree")]
+use super::WideOctree;
+use super::{Clustered, Linear, Structure};
 use crate::auto::CostModel;
-use crate::index::{Capacity, Index, RayIndex, Representation};
-use crate::memory::Image;
+use crate::index::{Capacity, Index, RayIndex, Representation, scratch_with};
+use crate::memory::{Image, MESH_BESIDE, image_kind};
 use crate::query::{AllHits, Counters, Hit};
 use crate::{
     BuildError, Executor, ImageError, Mesh, Options, Ray, Scene, Sequential, indices::Statistics,
@@ -14,69 +29,113 @@ use crate::{
 
 registry! {
     /// Every triangle, one after the other: the oracle.
-    Linear = Linear,
+    #[cfg(all())]
+    Linear = 0: Linear in linear,
     /// One octree over everything.
-    Octree = Octree,
+    #[cfg(feature = "octree")]
+    Octree = 1: Octree in octants,
     /// The paper's octree hierarchy.
-    OctreeHierarchy = Clustered<Octree>,
+    #[cfg(feature = "octree")]
+    OctreeHierarchy = 2: Clustered<Octree> in octants,
     /// One octree-R over everything.
-    OctreeR = OctreeR,
+    #[cfg(feature = "octree-r")]
+    OctreeR = 3: OctreeR in octants,
     /// An octree-R for each cluster.
-    OctreeRHierarchy = Clustered<OctreeR>,
+    #[cfg(feature = "octree-r")]
+    OctreeRHierarchy = 4: Clustered<OctreeR> in octants,
     /// One uniform grid over everything.
-    UniformGrid = UniformGrid,
+    #[cfg(feature = "uniform-grid")]
+    UniformGrid = 5: UniformGrid in uniform_grid,
     /// The hierarchy of uniform grids of Cazals, Drettakis and Puech.
-    GridHierarchy = Clustered<UniformGrid>,
+    #[cfg(feature = "uniform-grid")]
+    GridHierarchy = 6: Clustered<UniformGrid> in uniform_grid,
     /// One kd-tree over everything.
-    KdTree = KdTree,
+    #[cfg(feature = "kd-tree")]
+    KdTree = 7: KdTree in plane_tree,
     /// A kd-tree for each cluster.
-    KdTreeHierarchy = Clustered<KdTree>,
+    #[cfg(feature = "kd-tree")]
+    KdTreeHierarchy = 8: Clustered<KdTree> in plane_tree,
     /// One BSP tree over everything.
-    BspTree = BspTree,
+    #[cfg(feature = "bsp-tree")]
+    BspTree = 9: BspTree in plane_tree,
     /// A BSP tree for each cluster.
-    BspTreeHierarchy = Clustered<BspTree>,
+    #[cfg(feature = "bsp-tree")]
+    BspTreeHierarchy = 10: Clustered<BspTree> in plane_tree,
     /// One bounding volume hierarchy over everything.
-    Bvh = Bvh,
+    #[cfg(feature = "bvh")]
+    Bvh = 11: Bvh in bvh,
     /// A bounding volume hierarchy for each cluster.
-    BvhHierarchy = Clustered<Bvh>,
+    #[cfg(feature = "bvh")]
+    BvhHierarchy = 12: Clustered<Bvh> in bvh,
     /// One wide octree over everything.
-    WideOctree = WideOctree,
+    #[cfg(feature = "wide-octree")]
+    WideOctree = 13: WideOctree in wide_octree,
     /// A wide octree for each cluster.
-    WideOctreeHierarchy = Clustered<WideOctree>,
+    #[cfg(feature = "wide-octree")]
+    WideOctreeHierarchy = 14: Clustered<WideOctree> in wide_octree,
     /// One compact octree over everything.
-    CompactOctree = CompactOctree,
+    #[cfg(feature = "compact-octree")]
+    CompactOctree = 15: CompactOctree in wide_octree,
     /// A compact octree for each cluster.
-    CompactOctreeHierarchy = Clustered<CompactOctree>,
+    #[cfg(feature = "compact-octree")]
+    CompactOctreeHierarchy = 16: Clustered<CompactOctree> in wide_octree,
     /// One lean octree over everything.
-    LeanOctree = LeanOctree,
+    #[cfg(feature = "lean-octree")]
+    LeanOctree = 17: LeanOctree in wide_octree,
     /// A lean octree for each cluster.
-    LeanOctreeHierarchy = Clustered<LeanOctree>,
+    #[cfg(feature = "lean-octree")]
+    LeanOctreeHierarchy = 18: Clustered<LeanOctree> in wide_octree,
 }
 
 macro_rules! registry {
-    ($($(#[$doc:meta])* $variant:ident = $representation:ty,)*) => {
-        /// A kind of index, chosen at run time.
+    (
+        $(
+            $(#[doc = $doc:literal])*
+            #[cfg($($included:tt)*)]
+            $variant:ident = $number:literal: $representation:ident $(<$local:ident>)? in $room:ident,
+        )*
+    ) => {
+        /// A kind of index, chosen at run time. Kinds that are left out of the build have no variant here; the
+        /// numbers of the others stay what they are.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum IndexKind {
-            $($(#[$doc])* $variant,)*
+            $($(#[doc = $doc])* #[cfg($($included)*)] $variant = $number,)*
         }
 
         impl IndexKind {
-            /// All of them; the oracle first.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+            /// All that are compiled in; the oracle first.
+            pub const ALL: &'static [Self] = &[$(#[cfg($($included)*)] Self::$variant),*];
 
             /// The name on command lines and in tables.
             pub const fn name(self) -> &'static str {
                 match self {
-                    $(Self::$variant => <$representation as Representation>::NAME,)*
+                    $(#[cfg($($included)*)] Self::$variant => <$representation$(<$local>)? as Representation>::NAME,)*
+                }
+            }
+
+            /// The name of the simple index, which is the feature that compiles the kind in.
+            pub const fn family(self) -> &'static str {
+                match self {
+                    $(#[cfg($($included)*)] Self::$variant => {
+                        <<$representation$(<$local>)? as Representation>::Structure as Structure>::NAME
+                    })*
+                }
+            }
+
+            /// The number of its images; see [`Representation::KIND`].
+            pub const fn image_kind(self) -> u32 {
+                match self {
+                    $(#[cfg($($included)*)] Self::$variant => {
+                        <$representation$(<$local>)? as Representation>::KIND
+                    })*
                 }
             }
 
             /// Whether it holds the triangles in a form of its own, and cannot lie [beside](Scene::beside) them.
             pub const fn holds_triangles(self) -> bool {
                 match self {
-                    $(Self::$variant => {
-                        <<$representation as Representation>::Structure as Structure>::HOLDS_TRIANGLES
+                    $(#[cfg($($included)*)] Self::$variant => {
+                        <<$representation$(<$local>)? as Representation>::Structure as Structure>::HOLDS_TRIANGLES
                     })*
                 }
             }
@@ -84,8 +143,8 @@ macro_rules! registry {
             /// Whether what is built goes by [`Scene::rays`]. No answer does.
             pub const fn goes_by_rays(self) -> bool {
                 match self {
-                    $(Self::$variant => {
-                        <<$representation as Representation>::Structure as Structure>::GOES_BY_RAYS
+                    $(#[cfg($($included)*)] Self::$variant => {
+                        <<$representation$(<$local>)? as Representation>::Structure as Structure>::GOES_BY_RAYS
                     })*
                 }
             }
@@ -93,7 +152,7 @@ macro_rules! registry {
             /// Whether it works on clusters.
             pub const fn is_clustered(self) -> bool {
                 match self {
-                    $(Self::$variant => <$representation as Representation>::CLUSTERED,)*
+                    $(#[cfg($($included)*)] Self::$variant => <$representation$(<$local>)? as Representation>::CLUSTERED,)*
                 }
             }
 
@@ -101,17 +160,27 @@ macro_rules! registry {
             /// `compare --calibrate`.
             pub const fn cost_model(self) -> CostModel {
                 match self {
-                    $(Self::$variant => {
-                        <<$representation as Representation>::Structure as Structure>::COST
+                    $(#[cfg($($included)*)] Self::$variant => {
+                        <<$representation$(<$local>)? as Representation>::Structure as Structure>::COST
                     })*
                 }
             }
 
-            /// See [`Index::scratch_capacity`].
-            pub fn scratch_capacity(self, triangle_count: usize, options: &Options) -> usize {
+            /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound, as
+            /// [`Index::scratch_capacity`], and a constant where it has to be one.
+            ///
+            /// # Examples
+            /// ```
+            /// use arboleda::{Block, IndexKind, Options};
+            ///
+            /// const SCRATCH: usize = IndexKind::Linear.scratch_capacity(200, &Options::DEFAULT);
+            /// static mut ROOM: [Block; Block::count(SCRATCH)] = [Block::ZERO; Block::count(SCRATCH)];
+            /// ```
+            pub const fn scratch_capacity(self, triangle_count: usize, options: &Options) -> usize {
                 match self {
-                    $(Self::$variant => {
-                        Index::<$representation>::scratch_capacity(triangle_count, options)
+                    $(#[cfg($($included)*)] Self::$variant => {
+                        let structure = super::$room::scratch_bytes(triangle_count, options);
+                        scratch_with::<$representation$(<$local>)?>(triangle_count, structure)
                     })*
                 }
             }
@@ -141,8 +210,8 @@ macro_rules! registry {
                 executor: &impl Executor,
             ) -> Result<Capacity, BuildError> {
                 match self {
-                    $(Self::$variant => {
-                        Index::<$representation>::capacity_with(scene, options, scratch, executor)
+                    $(#[cfg($($included)*)] Self::$variant => {
+                        Index::<$representation$(<$local>)?>::capacity_with(scene, options, scratch, executor)
                     })*
                 }
             }
@@ -174,7 +243,7 @@ macro_rules! registry {
                 executor: &impl Executor,
             ) -> Result<AnyIndex<'a>, BuildError> {
                 match self {
-                    $(Self::$variant => {
+                    $(#[cfg($($included)*)] Self::$variant => {
                         Index::build_with(scene, options, arena, scratch, executor)
                             .map(AnyIndex::$variant)
                     })*
@@ -204,7 +273,7 @@ macro_rules! registry {
             /// As there.
             pub fn from_bytes(self, bytes: &[u8]) -> Result<AnyIndex<'_>, ImageError> {
                 match self {
-                    $(Self::$variant => Index::from_bytes(bytes).map(AnyIndex::$variant),)*
+                    $(#[cfg($($included)*)] Self::$variant => Index::from_bytes(bytes).map(AnyIndex::$variant),)*
                 }
             }
 
@@ -218,7 +287,7 @@ macro_rules! registry {
                 mesh: Mesh<'a>,
             ) -> Result<AnyIndex<'a>, ImageError> {
                 match self {
-                    $(Self::$variant => {
+                    $(#[cfg($($included)*)] Self::$variant => {
                         Index::from_bytes_beside(bytes, mesh).map(AnyIndex::$variant)
                     })*
                 }
@@ -228,21 +297,21 @@ macro_rules! registry {
         /// An index of any kind.
         #[derive(Clone, Copy)]
         pub enum AnyIndex<'a> {
-            $($(#[$doc])* $variant(Index<'a, $representation>),)*
+            $($(#[doc = $doc])* #[cfg($($included)*)] $variant(Index<'a, $representation$(<$local>)?>),)*
         }
 
         impl<'a> AnyIndex<'a> {
             /// Which kind it is.
             pub const fn kind(&self) -> IndexKind {
                 match self {
-                    $(Self::$variant(_) => IndexKind::$variant,)*
+                    $(#[cfg($($included)*)] Self::$variant(_) => IndexKind::$variant,)*
                 }
             }
 
             /// The parts that the index consists of.
             pub fn image(&self) -> &Image<'a> {
                 match self {
-                    $(Self::$variant(index) => index.image(),)*
+                    $(#[cfg($($included)*)] Self::$variant(index) => index.image(),)*
                 }
             }
 
@@ -252,20 +321,88 @@ macro_rules! registry {
             /// As there.
             pub fn check(&self) -> Result<Statistics, ImageError> {
                 match self {
-                    $(Self::$variant(index) => index.check(),)*
+                    $(#[cfg($($included)*)] Self::$variant(index) => index.check(),)*
                 }
             }
 
             /// The index behind the kind; ask it directly in a hot loop.
             pub fn as_ray_index(&self) -> &(dyn RayIndex + Sync + 'a) {
                 match self {
-                    $(Self::$variant(index) => index,)*
+                    $(#[cfg($($included)*)] Self::$variant(index) => index,)*
                 }
             }
         }
     };
 }
 use registry;
+
+/// The families by the number of their images, whether they are compiled in or not.
+const FAMILIES: [(u32, &str); 10] = [
+    (1, "linear"),
+    (2, "octree"),
+    (3, "octree-r"),
+    (4, "kd-tree"),
+    (5, "bsp-tree"),
+    (6, "uniform-grid"),
+    (7, "bvh"),
+    (9, "wide-octree"),
+    (10, "compact-octree"),
+    (11, "lean-octree"),
+];
+/// The bits of an image's kind that are the family.
+const FAMILY: u32 = 0xffff;
+
+impl IndexKind {
+    /// The kind of which an image is, by its header; the rest of it is not looked at.
+    ///
+    /// # Errors
+    /// [`ImageError::KindLeftOut`] for one that was left out of the build, [`ImageError::UnknownKind`], and those
+    /// that tell of a header.
+    pub fn of_image(bytes: &[u8]) -> Result<Self, ImageError> {
+        let found = image_kind(bytes)? & !MESH_BESIDE;
+        if let Some(&kind) = Self::ALL.iter().find(|kind| kind.image_kind() == found) {
+            return Ok(kind);
+        }
+        match FAMILIES.iter().find(|(family, _)| *family == found & FAMILY) {
+            Some((_, feature)) => Err(ImageError::KindLeftOut { feature }),
+            None => Err(ImageError::UnknownKind { found }),
+        }
+    }
+}
+
+impl<'a> AnyIndex<'a> {
+    /// Takes over bytes that [`RayIndex::as_bytes`] gave, of any kind that is compiled in; see
+    /// [`Index::from_bytes`].
+    ///
+    /// # Errors
+    /// Any of [`ImageError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use arboleda::{AnyIndex, Block, Index, IndexKind, Linear, Options, RayIndex, Scene, Triangle, Vec3};
+    ///
+    /// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    /// let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
+    /// let built = Index::<Linear>::build(
+    ///     &Scene::new(&triangles), &Options::default(), Block::bytes(&mut arena), Block::bytes(&mut scratch))?;
+    ///
+    /// let read = AnyIndex::from_bytes(built.as_bytes())?;
+    /// assert_eq!(read.kind(), IndexKind::Linear);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ImageError> {
+        IndexKind::of_image(bytes)?.from_bytes(bytes)
+    }
+
+    /// As [`AnyIndex::from_bytes`], for an index that lies [beside](Scene::beside) a mesh; see
+    /// [`Index::from_bytes_beside`].
+    ///
+    /// # Errors
+    /// Any of [`ImageError`].
+    pub fn from_bytes_beside(bytes: &'a [u8], mesh: Mesh<'a>) -> Result<Self, ImageError> {
+        IndexKind::of_image(bytes)?.from_bytes_beside(bytes, mesh)
+    }
+}
 
 impl RayIndex for AnyIndex<'_> {
     fn as_bytes(&self) -> &[u8] {
@@ -298,5 +435,74 @@ impl RayIndex for AnyIndex<'_> {
 
     fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
         self.as_ray_index().occluded_counted(ray, counters)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Block, Triangle, Vec3};
+
+    /// Writes an image of a triangle, with another kind in its header.
+    fn image_of_kind(kind: u32) -> [Block; 8] {
+        let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+        let (scene, options) = (Scene::new(&triangles), Options::DEFAULT);
+        let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
+        let (bytes, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+        assert!(IndexKind::Linear.build(&scene, &options, bytes, scratch).is_ok());
+        Block::bytes(&mut arena)[12..16].copy_from_slice(&kind.to_ne_bytes());
+        arena
+    }
+
+    #[test]
+    fn kinds_that_are_not_here_are_refused_by_name() {
+        for (number, feature) in FAMILIES {
+            for kind in [number, number | 1 << 16] {
+                let mut arena = image_of_kind(kind);
+                let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
+                let is_here = IndexKind::ALL.iter().any(|kind| kind.family() == feature);
+                let left_out = Some(ImageError::KindLeftOut { feature });
+                assert!(is_here || error == left_out, "{feature}: {error:?}");
+            }
+        }
+        let mut arena = image_of_kind(99);
+        let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
+        assert_eq!(error, Some(ImageError::UnknownKind { found: 99 }));
+    }
+
+    #[test]
+    fn numbers_do_not_depend_on_what_is_compiled_in() {
+        let numbers = [
+            ("linear", 0),
+            ("octree", 1),
+            ("octree-hierarchy", 2),
+            ("octree-r", 3),
+            ("octree-r-hierarchy", 4),
+            ("uniform-grid", 5),
+            ("grid-hierarchy", 6),
+            ("kd-tree", 7),
+            ("kd-tree-hierarchy", 8),
+            ("bsp-tree", 9),
+            ("bsp-tree-hierarchy", 10),
+            ("bvh", 11),
+            ("bvh-hierarchy", 12),
+            ("wide-octree", 13),
+            ("wide-octree-hierarchy", 14),
+            ("compact-octree", 15),
+            ("compact-octree-hierarchy", 16),
+            ("lean-octree", 17),
+            ("lean-octree-hierarchy", 18),
+        ];
+        for kind in IndexKind::ALL {
+            assert!(numbers.contains(&(kind.name(), *kind as u32)), "{}", kind.name());
+        }
+    }
+
+    #[test]
+    fn families_are_named_by_their_number() {
+        for kind in IndexKind::ALL {
+            let number = kind.image_kind() & FAMILY;
+            assert!(FAMILIES.contains(&(number, kind.family())), "{}", kind.name());
+        }
     }
 }

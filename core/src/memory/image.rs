@@ -73,6 +73,35 @@ struct Header {
     zero: [u32; 7],
 }
 
+impl Header {
+    /// The header of bytes that may be an image of this version.
+    fn read(bytes: &[u8]) -> Result<Self, ImageError> {
+        if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
+            return Err(ImageError::Misaligned);
+        }
+        let header: Self = bytes
+            .get(..size_of::<Self>())
+            .and_then(|bytes| bytemuck::try_pod_read_unaligned(bytes).ok())
+            .ok_or(ImageError::Truncated)?;
+        match (header.magic, header.byte_order) {
+            (MAGIC, BYTE_ORDER) => {}
+            (magic, order) if magic.swap_bytes() == MAGIC && order.swap_bytes() == BYTE_ORDER => {
+                return Err(ImageError::OtherByteOrder);
+            }
+            _ => return Err(ImageError::NotAnImage),
+        }
+        if header.version != VERSION {
+            return Err(ImageError::OtherVersion { found: header.version });
+        }
+        Ok(header)
+    }
+}
+
+/// The kind that an image says it is of.
+pub(crate) fn image_kind(bytes: &[u8]) -> Result<u32, ImageError> {
+    Header::read(bytes).map(|header| header.kind)
+}
+
 /// Where the sections of an image lie.
 #[derive(Clone, Copy)]
 pub(crate) struct Layout {
@@ -174,23 +203,7 @@ impl<'a> Image<'a> {
 
     /// Finds the sections; enough for bytes just built.
     pub(crate) fn view(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, ImageError> {
-        if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
-            return Err(ImageError::Misaligned);
-        }
-        let header: Header = bytes
-            .get(..size_of::<Header>())
-            .and_then(|bytes| bytemuck::try_pod_read_unaligned(bytes).ok())
-            .ok_or(ImageError::Truncated)?;
-        match (header.magic, header.byte_order) {
-            (MAGIC, BYTE_ORDER) => {}
-            (magic, order) if magic.swap_bytes() == MAGIC && order.swap_bytes() == BYTE_ORDER => {
-                return Err(ImageError::OtherByteOrder);
-            }
-            _ => return Err(ImageError::NotAnImage),
-        }
-        if header.version != VERSION {
-            return Err(ImageError::OtherVersion { found: header.version });
-        }
+        let header = Header::read(bytes)?;
         let (triangles, clusters) = (header.triangle_count as usize, header.cluster_count as usize);
         let is_beside = header.kind & MESH_BESIDE != 0;
         let is_sound = triangles <= MOST_TRIANGLES

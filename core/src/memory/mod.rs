@@ -8,6 +8,6 @@ mod words;
 pub use arena::{ALIGNMENT, Block};
 pub(crate) use arena::{Arena, padded, size_of_slice};
 pub use image::{ClusterNode, Image, NodeId};
-pub(crate) use image::{Layout, MESH_BESIDE, WORDS_HOLD_TRIANGLES, encode_header};
+pub(crate) use image::{Layout, MESH_BESIDE, WORDS_HOLD_TRIANGLES, encode_header, image_kind};
 pub(crate) use sort::{SortBuffer, sort_by_key, sort_by_upper_half};
 pub use words::Words;

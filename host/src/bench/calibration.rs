@@ -204,16 +204,16 @@ fn solve(mut matrix: [[f64; 4]; 3]) -> Option<[f64; 3]> {
     Some([0, 1, 2].map(|at| matrix[at][3] / matrix[at][at]))
 }
 
-/// The fits as lines of the core's table.
+/// The fits as lines of the core's table: one for each family.
 pub fn lines(fits: &[Fit]) -> String {
     let mut text = String::new();
-    for fit in fits {
+    for fit in fits.iter().filter(|fit| !fit.kind.is_clustered()) {
         let [ray, node, test] = fit.nanoseconds;
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "    (IndexKind::{:?}, Weights {{ ray: {ray:.1}, node: {node:.1}, test: {test:.1} }}), // +-{:.0}%",
-            fit.kind,
+            "    (\"{}\", Weights {{ ray: {ray:.1}, node: {node:.1}, test: {test:.1} }}), // +-{:.0}%",
+            fit.kind.family(),
             fit.error * 100.0
         );
     }

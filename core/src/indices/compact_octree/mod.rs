@@ -42,7 +42,7 @@ use tree::Packed;
 
 use super::wide_octree::lanes::LaneRay;
 use super::wide_octree::walk::{walk, walk_each};
-use super::wide_octree::{LANES, MAX_DEPTH, STACK, WideOctree};
+use super::wide_octree::{LANES, MAX_DEPTH, STACK, scratch_bytes};
 use super::{Division, Statistics, Structure};
 use crate::memory::{Image, Words};
 use crate::query::Query;
@@ -137,7 +137,7 @@ impl<F: Form> Structure for QuantisedOctree<F> {
     const HOLDS_TRIANGLES: bool = F::HOLDS_TRIANGLES;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        WideOctree::scratch_bytes(triangle_count, options)
+        scratch_bytes(triangle_count, options)
     }
 
     fn build(

@@ -22,7 +22,7 @@ use crate::auto::{CostModel, Tried, ray_count};
 use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
-use crate::scene::Resolution;
+use crate::scene::{MOST_CELLS_ON_AXIS, Resolution};
 use crate::{BuildError, Options};
 
 /// The uniform grid; `Clustered<UniformGrid>` is the hierarchy of uniform grids of Cazals, Drettakis and
@@ -31,12 +31,10 @@ pub enum UniformGrid {}
 
 /// Words before the cells.
 const HEAD: u32 = 3;
-/// Cells along an axis: their planes stay apart in `f64` whatever the `f32` box.
-pub(crate) const MOST_CELLS_ON_AXIS: u32 = 1 << 16;
 /// Cells of a grid: their numbers are `u32`, and one past the last is one too.
 const MOST_CELLS: usize = u32::MAX as usize - 1;
 
-fn cell_count([x, y, z]: [u32; 3]) -> usize {
+const fn cell_count([x, y, z]: [u32; 3]) -> usize {
     (x as usize).saturating_mul(y as usize).saturating_mul(z as usize)
 }
 
@@ -139,6 +137,16 @@ impl<'g> Grid<'g> {
     }
 }
 
+/// See [`LocalIndex::scratch_bytes`].
+pub(super) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+    let cells = size_of_slice::<u32>(cells_at_most(triangle_count, options));
+    let rays = match options.resolution {
+        Resolution::Automatic => size_of_slice::<Tried>(ray_count(triangle_count)),
+        _ => 0,
+    };
+    cells.saturating_add(rays)
+}
+
 impl LocalIndex for UniformGrid {
     const NAME: &'static str = "uniform-grid";
     const HIERARCHY_NAME: &'static str = "grid-hierarchy";
@@ -147,12 +155,7 @@ impl LocalIndex for UniformGrid {
     const GOES_BY_RAYS: bool = true;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
-        let cells = size_of_slice::<u32>(cells_at_most(triangle_count, options));
-        let rays = match options.resolution {
-            Resolution::Automatic => size_of_slice::<Tried>(ray_count(triangle_count)),
-            _ => 0,
-        };
-        cells.saturating_add(rays)
+        scratch_bytes(triangle_count, options)
     }
 
     fn build(

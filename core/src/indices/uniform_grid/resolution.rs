@@ -60,13 +60,23 @@ fn cells_for(bounds: &Aabb, triangle_count: usize, density: f64) -> [u32; 3] {
     extent.map(|side| ((side / side_of_cell) as u32).clamp(1, MOST_CELLS_ON_AXIS))
 }
 
+const fn cells_on_axis(asked_for: u32) -> u32 {
+    match asked_for {
+        0 => 1,
+        1..MOST_CELLS_ON_AXIS => asked_for,
+        _ => MOST_CELLS_ON_AXIS,
+    }
+}
+
 /// At most so many cells for a group of so many triangles, whatever its box.
-pub(super) fn cells_at_most(triangle_count: usize, options: &Options) -> usize {
+pub(super) const fn cells_at_most(triangle_count: usize, options: &Options) -> usize {
     match options.resolution {
-        Resolution::Cells(cells) => cell_count(cells.map(|n| n.clamp(1, MOST_CELLS_ON_AXIS))),
+        Resolution::Cells([x, y, z]) => {
+            cell_count([cells_on_axis(x), cells_on_axis(y), cells_on_axis(z)])
+        }
         // The cells on each axis are rounded down, so there are never more than wanted.
         Resolution::CellsPerTriangle(density) => {
-            (f64::from(density) * triangle_count as f64) as usize + 1
+            (density as f64 * triangle_count as f64) as usize + 1
         }
         Resolution::Automatic => triangle_count.saturating_mul(16) + 1,
     }
@@ -78,7 +88,7 @@ pub(super) fn cells_asked_for(group: &Group<'_>, options: &Options) -> Option<[u
         Resolution::Cells(mut cells) => {
             for (n, side) in cells.iter_mut().zip(group.bounds.extent()) {
                 // Where the box is flat, planes cannot be told apart.
-                *n = if side > 0.0 { (*n).clamp(1, MOST_CELLS_ON_AXIS) } else { 1 };
+                *n = if side > 0.0 { cells_on_axis(*n) } else { 1 };
             }
             Some(cells)
         }

@@ -104,14 +104,19 @@ fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
     rows.get(row..row + NODE_ROWS as usize)?.try_into().ok()
 }
 
+/// See [`Structure::scratch_bytes`].
+pub(super) const fn scratch_bytes(triangle_count: usize, _: &Options) -> usize {
+    build::scratch_bytes(triangle_count)
+}
+
 impl Structure for WideOctree {
     const NAME: &'static str = "wide-octree";
     const HIERARCHY_NAME: &'static str = "wide-octree-hierarchy";
     const KIND: u32 = 9;
     const HOLDS_TRIANGLES: bool = true;
 
-    fn scratch_bytes(triangle_count: usize, _: &Options) -> usize {
-        build::scratch_bytes(triangle_count)
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+        scratch_bytes(triangle_count, options)
     }
 
     fn build(
