@@ -31,6 +31,8 @@ pub enum BuildError {
         /// The kind's name.
         kind: &'static str,
     },
+    /// An index beside a mesh borrows it, so it is not [stored](crate::Stored) without.
+    CannotBeStored,
     /// The index needs more words than `u32` links can reach: lower the level.
     TooLarge,
     /// The build takes more steps than [`crate::Options::work_limit`] allows.
@@ -76,6 +78,9 @@ impl fmt::Display for BuildError {
             Self::Mesh(error) => error.fmt(f),
             Self::HoldsTriangles { kind } => {
                 write!(f, "{kind} holds the triangles itself, and is not built beside a mesh")
+            }
+            Self::CannotBeStored => {
+                f.write_str("an index beside a mesh borrows it, and is not stored without")
             }
             Self::TooLarge => f.write_str("the index outgrows its 32-bit links: lower the level"),
             Self::TooMuchWork { limit } => {

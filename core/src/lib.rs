@@ -61,6 +61,7 @@ pub mod memory;
 mod mesh;
 pub mod query;
 mod scene;
+mod stored;
 mod vectors;
 
 pub use error::{BuildError, ImageError};
@@ -91,4 +92,5 @@ pub use memory::Block;
 pub use mesh::{Mesh, MeshError};
 pub use query::{AllHits, Counters, Hit, TriangleId};
 pub use scene::{BvhBuild, Level, Options, Resolution, Scene};
+pub use stored::{Storage, Stored};
 pub use vectors::Vectors;

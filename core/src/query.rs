@@ -19,7 +19,10 @@ use crate::geometry::{Ray, Triangle, last_parameter};
 pub struct TriangleId(pub u32);
 
 /// Where a ray meets a triangle.
+///
+/// Layout: 16 bytes, aligned to 4, in the order of the fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Hit {
     /// The triangle; of several at the same `t`, the lowest.
     pub triangle: TriangleId,
@@ -52,7 +55,10 @@ pub struct AllHits<'h> {
 }
 
 /// What answering took. The same for a given index on every machine.
+///
+/// Layout: 16 bytes, in the order of the fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
 pub struct Counters {
     /// Nodes whose box the ray entered, of the cluster tree and of the local indices.
     pub nodes_visited: u64,

@@ -9,7 +9,10 @@ use glam::Vec3;
 /// The direction need not have unit length; `t` is counted in lengths of it. A value of this type
 /// is valid by construction: finite origin, finite and non-zero direction, no NaN, a non-empty
 /// interval, and no negative zero anywhere.
+///
+/// Layout: 32 bytes, aligned to 4: origin, direction, `t_min`, `t_max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Ray {
     origin: Vec3,
     direction: Vec3,
@@ -122,3 +125,17 @@ impl fmt::Display for RayError {
 }
 
 impl core::error::Error for RayError {}
+
+#[cfg(test)]
+mod tests {
+    use core::mem::offset_of;
+
+    use super::*;
+
+    #[test]
+    fn fields_lie_where_the_documentation_says() {
+        assert_eq!((offset_of!(Ray, origin), offset_of!(Ray, direction)), (0, 12));
+        assert_eq!((offset_of!(Ray, t_min), offset_of!(Ray, t_max)), (24, 28));
+        assert_eq!((size_of::<Ray>(), align_of::<Ray>()), (32, 4));
+    }
+}

@@ -8,6 +8,8 @@ use super::Aabb;
 /// A closed triangle: its edges and corners belong to it.
 ///
 /// Corners may coincide or lie on a line; such a triangle is never hit. Winding does not matter.
+///
+/// Layout: 36 bytes, aligned to 4: `a`, `b`, `c`, each x, y, z.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Triangle {

@@ -33,6 +33,33 @@ impl Block {
     }
 }
 
+/// Something that starts at a multiple of [`ALIGNMENT`] bytes, as an image must: see
+/// [`include_image!`](crate::include_image).
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Aligned<T: ?Sized>(pub T);
+
+/// The bytes of a file as `include_bytes!` gives them, but aligned, so that an index can be opened where the
+/// compiler put it, in ROM: `&'static [u8]`.
+///
+/// # Examples
+/// ```
+/// use arboleda::{AnyIndex, ImageError, include_image};
+///
+/// // Written by `as_bytes`; here just any file.
+/// static BYTES: &[u8] = include_image!("lib.rs");
+/// assert!(BYTES.as_ptr().addr().is_multiple_of(arboleda::memory::ALIGNMENT));
+/// assert_eq!(AnyIndex::from_bytes(BYTES).err(), Some(ImageError::NotAnImage));
+/// ```
+#[macro_export]
+macro_rules! include_image {
+    ($file:expr $(,)?) => {{
+        static IMAGE: &$crate::memory::Aligned<[u8]> =
+            &$crate::memory::Aligned(*::core::include_bytes!($file));
+        &IMAGE.0
+    }};
+}
+
 /// `bytes` rounded up to a multiple of [`ALIGNMENT`]; saturates.
 pub(crate) const fn padded(bytes: usize) -> usize {
     bytes.saturating_add(ALIGNMENT - 1) & !(ALIGNMENT - 1)

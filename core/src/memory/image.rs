@@ -192,6 +192,18 @@ pub struct Image<'a> {
 }
 
 impl<'a> Image<'a> {
+    /// An image in which there is nothing.
+    pub(crate) const EMPTY: Self = Self {
+        bytes: &[],
+        kind: 0,
+        triangle_count: 0,
+        cluster_count: 0,
+        triangles: Mesh::EMPTY,
+        fingerprint: [0; 2],
+        nodes: &[],
+        words: &[],
+    };
+
     /// Reads the sections and checks the triangles and the cluster tree; the local indices are their
     /// kind's affair. Bytes after the image are left alone.
     pub(crate) fn parse(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, ImageError> {

@@ -5,7 +5,7 @@ mod image;
 mod sort;
 mod words;
 
-pub use arena::{ALIGNMENT, Block};
+pub use arena::{ALIGNMENT, Aligned, Block};
 pub(crate) use arena::{Arena, padded, size_of_slice};
 pub use image::{ClusterNode, Image, NodeId};
 pub(crate) use image::{Layout, MESH_BESIDE, WORDS_HOLD_TRIANGLES, encode_header, image_kind};

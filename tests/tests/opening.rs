@@ -1,0 +1,124 @@
+//! Ways to open an index, and to size its memory, that small devices have need of.
+
+use arboleda::{
+    AnyIndex, Block, BuildError, Clustered, ImageError, Index, IndexKind, Linear, Mesh, Octree,
+    Options, Ray, RayIndex, Scene, Stored, Triangle, Vec3, WideOctree,
+};
+use arboleda_tests::build::Built;
+use arboleda_tests::scenes;
+
+const COUNT: usize = 200;
+const SCRATCH: usize = IndexKind::OctreeHierarchy.scratch_capacity(COUNT, &Options::DEFAULT);
+
+/// As a device has it.
+static SCRATCH_BLOCKS: [Block; Block::count(SCRATCH)] = [Block::ZERO; Block::count(SCRATCH)];
+
+fn triangles() -> Vec<Triangle> {
+    scenes::soup(COUNT, 1)
+}
+
+fn ray() -> Ray {
+    Ray::new(Vec3::new(-2.0, 0.1, 0.05), Vec3::new(1.0, -0.05, 0.02)).expect("the ray is valid")
+}
+
+#[test]
+fn scratch_is_known_to_the_compiler() {
+    fn of<R: arboleda::Representation>(options: &Options) -> usize {
+        Index::<R>::scratch_capacity(COUNT, options)
+    }
+    let by_type = [
+        (IndexKind::Linear, of::<Linear> as fn(&Options) -> usize),
+        (IndexKind::OctreeHierarchy, of::<Clustered<Octree>>),
+        (IndexKind::WideOctree, of::<WideOctree>),
+        (IndexKind::WideOctreeHierarchy, of::<Clustered<WideOctree>>),
+    ];
+    for (kind, bytes) in by_type {
+        let options = Options::DEFAULT;
+        assert_eq!(kind.scratch_capacity(COUNT, &options), bytes(&options), "{}", kind.name());
+    }
+    assert_eq!(SCRATCH_BLOCKS.len() * size_of::<Block>(), SCRATCH);
+    assert_eq!(Options::DEFAULT, Options::default());
+}
+
+#[test]
+fn any_index_opens_every_kind() {
+    let triangles = triangles();
+    let mesh = Mesh::Triangles(&triangles);
+    for &kind in IndexKind::ALL {
+        let alone = Built::new(kind, &Scene::of(mesh), &Options::DEFAULT).expect("it fits");
+        let index = AnyIndex::from_bytes(alone.bytes()).expect("it is an image");
+        assert_eq!(index.kind(), kind);
+        assert_eq!(index.closest_hit(&ray()), alone.index().closest_hit(&ray()));
+        let error = AnyIndex::from_bytes_beside(alone.bytes(), mesh).err();
+        assert_eq!(error, Some(ImageError::HasTriangles), "{}", kind.name());
+
+        if !kind.holds_triangles() {
+            let scene = Scene::of(mesh).beside();
+            let beside = Built::new(kind, &scene, &Options::DEFAULT).expect("it fits");
+            let index = AnyIndex::from_bytes_beside(beside.bytes(), mesh).expect("it is an image");
+            assert_eq!(index.kind(), kind);
+            let error = AnyIndex::from_bytes(beside.bytes()).err();
+            assert_eq!(error, Some(ImageError::MeshMissing), "{}", kind.name());
+        }
+    }
+}
+
+#[test]
+fn a_stored_index_is_opened_again_and_again() {
+    const BLOCKS: usize = 1024;
+    let triangles = triangles();
+    let (scene, options) = (Scene::new(&triangles), Options::DEFAULT);
+    let built = Built::new(IndexKind::OctreeHierarchy, &scene, &options).expect("it fits");
+    let expected = built.index().closest_hit(&ray());
+    assert!(expected.is_some());
+
+    // 1. Beside its arena, in a struct that moves.
+    struct Robot {
+        name: &'static str,
+        obstacles: Stored<[Block; BLOCKS], Clustered<Octree>>,
+    }
+    let mut scratch = SCRATCH_BLOCKS;
+    let scratch = Block::bytes(&mut scratch);
+    let blocks = [Block::ZERO; BLOCKS];
+    let obstacles = Stored::build(&scene, &options, blocks, scratch).expect("it fits");
+    let robots = vec![Robot { name: "one", obstacles }];
+    for robot in &robots {
+        let index = robot.obstacles.index();
+        assert_eq!(index.closest_hit(&ray()), expected, "{}", robot.name);
+        assert_eq!(index.as_bytes(), built.bytes());
+        assert_eq!(index.cluster_count(), built.index().image().cluster_count());
+    }
+
+    // 2. In blocks that live elsewhere, and opened from there.
+    let mut elsewhere = vec![Block::ZERO; BLOCKS];
+    let stored =
+        Stored::<_, Clustered<Octree>>::build_in(&scene, &options, &mut elsewhere, scratch)
+            .expect("it fits");
+    assert_eq!(stored.index().closest_hit(&ray()), expected);
+    let blocks: &[Block] = stored.into_storage();
+    let opened = Stored::<_, Clustered<Octree>>::open(blocks).expect("it is an image");
+    assert_eq!(opened.index().closest_hit(&ray()), expected);
+
+    // 3. What is refused: other kinds, other blocks, an index that needs a mesh.
+    let other = Stored::<_, Octree>::open(blocks).err();
+    assert!(matches!(other, Some(ImageError::OtherKind { .. })), "{other:?}");
+    let nothing = Stored::<_, Octree>::open([Block::ZERO; 2]).err();
+    assert_eq!(nothing, Some(ImageError::NotAnImage));
+    let beside = Stored::<_, Octree>::build(&scene.beside(), &options, [Block::ZERO; 4], scratch);
+    assert_eq!(beside.err(), Some(BuildError::CannotBeStored));
+}
+
+/// What the builds of 200 triangles take at most. May become less.
+#[test]
+fn scratch_of_two_hundred_triangles() {
+    let most = [("bvh", 0), ("bvh-hierarchy", 0)];
+    for kind in IndexKind::ALL {
+        let bytes = kind.scratch_capacity(COUNT, &Options::DEFAULT);
+        println!("        (\"{}\", {bytes}),", kind.name());
+    }
+    for (name, most) in most {
+        let kind = IndexKind::ALL.iter().find(|kind| kind.name() == name).expect("it is there");
+        let bytes = kind.scratch_capacity(COUNT, &Options::DEFAULT);
+        assert!(bytes <= most, "{name}: {bytes} bytes");
+    }
+}
