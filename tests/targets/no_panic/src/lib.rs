@@ -19,8 +19,8 @@ use core::slice;
 
 use arboleda::geometry::{RaySpan, kernel, may_overlap};
 use arboleda::{
-    Aabb, AllHits, AnyIndex, Block, Counters, Hit, ImageError, IndexKind, Mesh, Options, Ray,
-    RayError, RayIndex, Scene, Triangle, Vec3, auto, cluster, intersect,
+    Aabb, AllHits, AnyIndex, Block, Clustered, Counters, Hit, ImageError, IndexKind, Mesh, Octree,
+    Options, Ray, RayError, RayIndex, Scene, Stored, Triangle, Vec3, auto, cluster, intersect,
 };
 
 unsafe extern "C" {
@@ -238,6 +238,35 @@ pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>, mesh: Mesh
         + index.kind().name().len() as u64
         + u64::from(image.triangle_count())
         + statistics.joined(statistics).references
+}
+
+/// Opens an image of any kind by its header, and one that is stored.
+///
+/// # Safety
+/// As [`Slice::get`], for every slice.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_open(
+    image: Slice<u8>,
+    mesh: MeshParts,
+    blocks: Slice<Block>,
+    ray: RayNumbers,
+) -> usize {
+    // SAFETY: the caller's promise.
+    let (bytes, mesh, blocks) = unsafe { (image.get(), mesh.get(), blocks.get()) };
+    let opened = match mesh {
+        Some(mesh) => AnyIndex::from_bytes_beside(bytes, mesh),
+        None => AnyIndex::from_bytes(bytes),
+    };
+    let number = match opened {
+        Ok(index) => index.kind() as usize + index.kind().family().len(),
+        Err(error) => message(error),
+    };
+    let stored = match Stored::<_, Clustered<Octree>>::open(blocks) {
+        Ok(stored) => stored,
+        Err(error) => return message(error),
+    };
+    let Ok(ray) = ray.ray() else { return 0 };
+    number + usize::from(stored.index().occluded(&ray)) + stored.into_storage().len()
 }
 
 /// Asks everything about one ray, of an image as it comes from outside. Writes the closest hit.
