@@ -91,6 +91,6 @@ pub use indices::{AnyIndex, Clustered, IndexKind, Linear};
 pub use memory::Block;
 pub use mesh::{Mesh, MeshError};
 pub use query::{AllHits, Counters, Hit, TriangleId};
-pub use scene::{BvhBuild, Level, Options, Resolution, Scene};
+pub use scene::{BvhBuild, Float64, Level, Options, Resolution, Scene};
 pub use stored::{Storage, Stored};
 pub use vectors::Vectors;

@@ -136,6 +136,9 @@ pub struct Options {
     /// The most steps that a build may take, each a look at one triangle; `None` for any number. The count is the
     /// same on every machine: [`crate::Capacity::steps`] tells it.
     pub work_limit: Option<u64>,
+    /// For which processors [`auto::select`](crate::auto::select) weighs. It changes which index is chosen, and
+    /// nothing else: what is built and answered is the same.
+    pub float64: Float64,
 }
 
 impl Default for Options {
@@ -155,6 +158,7 @@ impl Options {
         bvh_build: BvhBuild::Binned,
         cost: None,
         work_limit: None,
+        float64: Float64::Hardware,
     };
 
     /// The model to estimate with; [`crate::Index::build`] has filled in the index's own.
@@ -213,6 +217,15 @@ pub enum Resolution {
     CellsPerTriangle(f32),
     /// So many cells in x, y and z; 1 to 65536 on each axis.
     Cells([u32; 3]),
+}
+
+/// What calculates with `f64`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Float64 {
+    /// The processor.
+    Hardware,
+    /// Functions, as on a Cortex-M4 or on processors without any floats: an operation takes some 50 instructions.
+    Software,
 }
 
 /// How a bounding volume hierarchy is built.

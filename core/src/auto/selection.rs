@@ -302,7 +302,7 @@ fn try_candidate(
     let per_ray = 1.0 / if count > 0 { count as f64 } else { 1.0 };
     Ok(Cost {
         build_nanoseconds: 0.0,
-        nanoseconds: Weights::of(kind).nanoseconds(count, &counters) * per_ray,
+        nanoseconds: Weights::of(kind, options.float64).nanoseconds(count, &counters) * per_ray,
         nodes: counters.nodes_visited as f64 * per_ray,
         tests: counters.triangle_tests as f64 * per_ray,
         bytes: index.as_bytes().len(),

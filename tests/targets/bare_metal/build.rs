@@ -4,7 +4,9 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=link");
     println!("cargo::rustc-link-search={}/link", env!("CARGO_MANIFEST_DIR"));
-    println!("cargo::rustc-link-arg-bin=thumb=-Tlink.x"); // of cortex-m-rt; reads memory.x
+    for program in ["thumb", "thumb_cost"] {
+        println!("cargo::rustc-link-arg-bin={program}=-Tlink.x"); // of cortex-m-rt; reads memory.x
+    }
     println!("cargo::rustc-link-arg-bin=riscv=-Triscv.x");
     for argument in ["-nostartfiles", "-static", "-no-pie", "-Tx86_64.x"] {
         println!("cargo::rustc-link-arg-bin=x86_64={argument}");

@@ -5,6 +5,8 @@
 //! same everywhere, and hits the same for every index. Images are the same on machines of one byte order.
 #![no_std]
 
+pub mod cost;
+
 use core::fmt::{self, Write};
 use core::ptr::addr_of_mut;
 use core::sync::atomic::{AtomicBool, Ordering};
