@@ -224,7 +224,7 @@ pub enum Resolution {
 pub enum Float64 {
     /// The processor.
     Hardware,
-    /// Functions, as on a Cortex-M4 or on processors without any floats: an operation takes some 50 instructions.
+    /// Functions, as on a Cortex-M4 and on processors without any floats.
     Software,
 }
 

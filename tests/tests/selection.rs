@@ -1,7 +1,9 @@
 //! The automatic selection of an index: what it chooses, that memory limits it, and that it is the same everywhere.
 
 use arboleda::auto::{Expectation, Selection, select};
-use arboleda::{Block, BuildError, IndexKind, MeshError, Options, RayIndex, Scene, Triangle, Vec3};
+use arboleda::{
+    Block, BuildError, Float64, IndexKind, MeshError, Options, RayIndex, Scene, Triangle, Vec3,
+};
 use arboleda_tests::build::Built;
 use arboleda_tests::{rays, scenes};
 
@@ -62,6 +64,28 @@ fn thousands_of_triangles_do() {
                 candidate.kind.name()
             );
         }
+    }
+}
+
+/// Counted on a Cortex-M4, in instructions a ray on 200 triangles: 9,500 in wide octrees, 18,300 in the kd-tree, 30,800 in
+/// the octree hierarchy, 36,800 in the bounding volume hierarchy, 39,900 in the linear scan. With `f64` in hardware, the
+/// linear scan is far behind.
+#[test]
+fn software_floats_are_weighed_as_they_were_counted() {
+    let triangles = scenes::soup(200, 1);
+    let expected = |float64, kind| {
+        let options = Options { float64, ..Options::default() };
+        let mut arena = vec![Block::ZERO; Block::count(ROOM)];
+        let mut scratch = scratch_for(&triangles);
+        let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+        let selection = select(&Scene::new(&triangles), &options, &[kind], arena, scratch);
+        selection.unwrap().cost().nanoseconds
+    };
+    let gain = |float64, kind| expected(float64, IndexKind::Linear) / expected(float64, kind);
+    for kind in [IndexKind::OctreeHierarchy, IndexKind::Bvh, IndexKind::KdTree] {
+        let (hardware, software) = (gain(Float64::Hardware, kind), gain(Float64::Software, kind));
+        assert!(hardware > 3.0 && software < 2.5, "{}: {hardware}, {software}", kind.name());
+        assert!(gain(Float64::Software, IndexKind::WideOctree) > software);
     }
 }
 

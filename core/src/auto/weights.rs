@@ -39,8 +39,7 @@ const TABLE: [(&str, Weights); 10] = [
 /// line how far the counted instructions lie from it.
 ///
 /// By hand: the test of all but the wide octrees is that of the linear scan, which is the same function. What a ray and a
-/// node take goes through boxes in `f64`, some 50 instructions an operation, and through the hit, if there is one; the
-/// wide octrees calculate with `f32`.
+/// node take is mostly boxes in `f64`, and the hit, if there is one; the wide octrees calculate with `f32`.
 const SOFTWARE_TABLE: [(&str, Weights); 10] = [
     ("linear", Weights { ray: 36_390.0, node: 103_812.0, test: 1_934.0 }), // +-0%
     ("octree", Weights { ray: 37_692.0, node: 44_729.0, test: 1_934.0 }),  // +-7%
