@@ -226,11 +226,13 @@ impl<L: Lanes> Walk<L> {
         let Some(child) = tree.child(above, lane) else { return DONE };
         self.next = child;
         let rest = L::without(keys, lane);
-        // Without a branch, which would often be mispredicted: pushed always, kept if there is a child left.
-        let height = self.stack.len() + usize::from(L::any(rest));
+        // Pushed always, and taken back if no child is left: compilers make no branch of that, which would often be
+        // mispredicted.
         let pushed = self.stack.try_push((rest, above)).is_ok();
         debug_assert!(pushed, "validation bounds the depth");
-        self.stack.truncate(height);
+        if !L::any(rest) {
+            self.stack.pop();
+        }
         ControlFlow::Continue(())
     }
 }
