@@ -178,17 +178,19 @@ struct Turn<L: Lanes, Q> {
 struct Walk<L: Lanes> {
     ray: LaneRay,
     next: Step,
+    /// What waits, up to `height`, and what once did.
     stack: ArrayVec<(L::Keys, u32), STACK>,
+    height: usize,
 }
 
 impl<L: Lanes> Walk<L> {
     /// No walk yet.
     const IDLE: Self =
-        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: ArrayVec::new_const() };
+        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: ArrayVec::new_const(), height: 0 };
 
     #[inline(always)]
     fn new(ray: LaneRay, root: Step) -> Self {
-        Self { ray, next: root, stack: ArrayVec::new() }
+        Self { ray, next: root, stack: ArrayVec::new(), height: 0 }
     }
 
     /// As `new`, in place: most of a walk is room for its stack.
@@ -196,7 +198,14 @@ impl<L: Lanes> Walk<L> {
     fn begin(&mut self, ray: LaneRay, root: Step) {
         self.ray = ray;
         self.next = root;
-        self.stack.clear();
+        self.height = 0;
+    }
+
+    /// Takes what waits on top.
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(L::Keys, u32)> {
+        self.height = self.height.checked_sub(1)?;
+        self.stack.get(self.height).copied()
     }
 
     /// Enters one node; `Break` when the walk is over.
@@ -207,7 +216,7 @@ impl<L: Lanes> Walk<L> {
         let (mut keys, mut above);
         if self.next.link & LEAF != 0 {
             tree.test_leaf(self.next, &self.ray, last_t(query), query)?;
-            let Some(top) = self.stack.pop() else { return DONE };
+            let Some(top) = self.pop() else { return DONE };
             (keys, above) = top;
         } else {
             let link = self.next.link;
@@ -220,19 +229,22 @@ impl<L: Lanes> Walk<L> {
             if nearest <= key(last_t(query)) {
                 break lane;
             }
-            let Some(top) = self.stack.pop() else { return DONE };
+            let Some(top) = self.pop() else { return DONE };
             (keys, above) = top;
         };
         let Some(child) = tree.child(above, lane) else { return DONE };
         self.next = child;
         let rest = L::without(keys, lane);
-        // Pushed always, and taken back if no child is left: compilers make no branch of that, which would often be
-        // mispredicted.
-        let pushed = self.stack.try_push((rest, above)).is_ok();
-        debug_assert!(pushed, "validation bounds the depth");
-        if !L::any(rest) {
-            self.stack.pop();
+        // Written always, and kept if there is a child left: a branch on that would often be mispredicted. That the
+        // stack grows is rare.
+        let entry = (rest, above);
+        if let Some(slot) = self.stack.get_mut(self.height) {
+            *slot = entry;
+        } else {
+            let pushed = self.stack.try_push(entry).is_ok();
+            debug_assert!(pushed, "validation bounds the depth");
         }
+        self.height += usize::from(L::any(rest));
         ControlFlow::Continue(())
     }
 }
