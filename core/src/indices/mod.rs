@@ -30,6 +30,7 @@ mod octants;
 mod octree;
 #[cfg(feature = "octree-r")]
 mod octree_r;
+mod opening;
 #[cfg(any(feature = "kd-tree", feature = "bsp-tree"))]
 mod plane_tree;
 mod registry;

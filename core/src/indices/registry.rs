@@ -21,7 +21,7 @@ use super::WideOctree;
 use super::{Clustered, Linear, Structure};
 use crate::auto::CostModel;
 use crate::index::{Capacity, Index, RayIndex, Representation, scratch_with};
-use crate::memory::{Image, MESH_BESIDE, image_kind};
+use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
 use crate::{
     BuildError, Executor, ImageError, Mesh, Options, Ray, Scene, Sequential, indices::Statistics,
@@ -336,74 +336,6 @@ macro_rules! registry {
 }
 use registry;
 
-/// The families by the number of their images, whether they are compiled in or not.
-const FAMILIES: [(u32, &str); 10] = [
-    (1, "linear"),
-    (2, "octree"),
-    (3, "octree-r"),
-    (4, "kd-tree"),
-    (5, "bsp-tree"),
-    (6, "uniform-grid"),
-    (7, "bvh"),
-    (9, "wide-octree"),
-    (10, "compact-octree"),
-    (11, "lean-octree"),
-];
-/// The bits of an image's kind that are the family.
-const FAMILY: u32 = 0xffff;
-
-impl IndexKind {
-    /// The kind of which an image is, by its header; the rest of it is not looked at.
-    ///
-    /// # Errors
-    /// [`ImageError::KindLeftOut`] for one that was left out of the build, [`ImageError::UnknownKind`], and those
-    /// that tell of a header.
-    pub fn of_image(bytes: &[u8]) -> Result<Self, ImageError> {
-        let found = image_kind(bytes)? & !MESH_BESIDE;
-        if let Some(&kind) = Self::ALL.iter().find(|kind| kind.image_kind() == found) {
-            return Ok(kind);
-        }
-        match FAMILIES.iter().find(|(family, _)| *family == found & FAMILY) {
-            Some((_, feature)) => Err(ImageError::KindLeftOut { feature }),
-            None => Err(ImageError::UnknownKind { found }),
-        }
-    }
-}
-
-impl<'a> AnyIndex<'a> {
-    /// Takes over bytes that [`RayIndex::as_bytes`] gave, of any kind that is compiled in; see
-    /// [`Index::from_bytes`].
-    ///
-    /// # Errors
-    /// Any of [`ImageError`].
-    ///
-    /// # Examples
-    /// ```
-    /// use arboleda::{AnyIndex, Block, Index, IndexKind, Linear, Options, RayIndex, Scene, Triangle, Vec3};
-    ///
-    /// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
-    /// let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
-    /// let built = Index::<Linear>::build(
-    ///     &Scene::new(&triangles), &Options::default(), Block::bytes(&mut arena), Block::bytes(&mut scratch))?;
-    ///
-    /// let read = AnyIndex::from_bytes(built.as_bytes())?;
-    /// assert_eq!(read.kind(), IndexKind::Linear);
-    /// # Ok::<(), Box<dyn core::error::Error>>(())
-    /// ```
-    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ImageError> {
-        IndexKind::of_image(bytes)?.from_bytes(bytes)
-    }
-
-    /// As [`AnyIndex::from_bytes`], for an index that lies [beside](Scene::beside) a mesh; see
-    /// [`Index::from_bytes_beside`].
-    ///
-    /// # Errors
-    /// Any of [`ImageError`].
-    pub fn from_bytes_beside(bytes: &'a [u8], mesh: Mesh<'a>) -> Result<Self, ImageError> {
-        IndexKind::of_image(bytes)?.from_bytes_beside(bytes, mesh)
-    }
-}
-
 impl RayIndex for AnyIndex<'_> {
     fn as_bytes(&self) -> &[u8] {
         self.image().bytes()
@@ -435,74 +367,5 @@ impl RayIndex for AnyIndex<'_> {
 
     fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
         self.as_ray_index().occluded_counted(ray, counters)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Block, Triangle, Vec3};
-
-    /// Writes an image of a triangle, with another kind in its header.
-    fn image_of_kind(kind: u32) -> [Block; 8] {
-        let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
-        let (scene, options) = (Scene::new(&triangles), Options::DEFAULT);
-        let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
-        let (bytes, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
-        assert!(IndexKind::Linear.build(&scene, &options, bytes, scratch).is_ok());
-        Block::bytes(&mut arena)[12..16].copy_from_slice(&kind.to_ne_bytes());
-        arena
-    }
-
-    #[test]
-    fn kinds_that_are_not_here_are_refused_by_name() {
-        for (number, feature) in FAMILIES {
-            for kind in [number, number | 1 << 16] {
-                let mut arena = image_of_kind(kind);
-                let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
-                let is_here = IndexKind::ALL.iter().any(|kind| kind.family() == feature);
-                let left_out = Some(ImageError::KindLeftOut { feature });
-                assert!(is_here || error == left_out, "{feature}: {error:?}");
-            }
-        }
-        let mut arena = image_of_kind(99);
-        let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
-        assert_eq!(error, Some(ImageError::UnknownKind { found: 99 }));
-    }
-
-    #[test]
-    fn numbers_do_not_depend_on_what_is_compiled_in() {
-        let numbers = [
-            ("linear", 0),
-            ("octree", 1),
-            ("octree-hierarchy", 2),
-            ("octree-r", 3),
-            ("octree-r-hierarchy", 4),
-            ("uniform-grid", 5),
-            ("grid-hierarchy", 6),
-            ("kd-tree", 7),
-            ("kd-tree-hierarchy", 8),
-            ("bsp-tree", 9),
-            ("bsp-tree-hierarchy", 10),
-            ("bvh", 11),
-            ("bvh-hierarchy", 12),
-            ("wide-octree", 13),
-            ("wide-octree-hierarchy", 14),
-            ("compact-octree", 15),
-            ("compact-octree-hierarchy", 16),
-            ("lean-octree", 17),
-            ("lean-octree-hierarchy", 18),
-        ];
-        for kind in IndexKind::ALL {
-            assert!(numbers.contains(&(kind.name(), *kind as u32)), "{}", kind.name());
-        }
-    }
-
-    #[test]
-    fn families_are_named_by_their_number() {
-        for kind in IndexKind::ALL {
-            let number = kind.image_kind() & FAMILY;
-            assert!(FAMILIES.contains(&(number, kind.family())), "{}", kind.name());
-        }
     }
 }
