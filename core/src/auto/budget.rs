@@ -7,65 +7,72 @@
 //! ```
 //! Steps are counted, not timed, so the choice is the same on every machine.
 
-use crate::{IndexKind, Scene};
+use crate::{Float64, IndexKind, Scene};
 
 /// What building an index takes, in the unit of [`Weights`](super::Weights).
 #[derive(Clone, Copy)]
 pub(super) struct BuildCost {
-    kind: IndexKind,
     /// Nanoseconds a step.
     step: f64,
     /// The fewest steps of a build, in `n log2 n` of its `n` triangles, of those seen.
     least_steps: f64,
+    /// Nanoseconds a triangle for finding clusters and joining them.
+    clusters: f64,
 }
 
-/// In the order in which candidates are tried: those that are cheap to build and to ask first.
+/// Nanoseconds a step, and the fewest steps alone and in a hierarchy, by family; in the order in which families are
+/// tried: those that are cheap to build and to ask first.
 ///
-/// Measured as the weights were, on the built-in scenes: nanoseconds a step scatter by a factor of two.
-const TABLE: &[BuildCost] = &[
-    line(IndexKind::Linear, 1.0, 0.0),
-    line(IndexKind::WideOctree, 8.0, 0.75),
-    line(IndexKind::CompactOctree, 10.0, 0.75),
-    line(IndexKind::LeanOctree, 10.0, 0.75),
-    line(IndexKind::WideOctreeHierarchy, 8.0, 0.75),
-    line(IndexKind::CompactOctreeHierarchy, 10.0, 0.75),
-    line(IndexKind::LeanOctreeHierarchy, 10.0, 0.75),
-    line(IndexKind::Bvh, 220.0, 0.8),
-    line(IndexKind::BvhHierarchy, 220.0, 0.4),
-    line(IndexKind::KdTree, 35.0, 5.0),
-    line(IndexKind::KdTreeHierarchy, 35.0, 5.0),
-    line(IndexKind::OctreeHierarchy, 100.0, 0.5),
-    line(IndexKind::Octree, 100.0, 0.5),
-    line(IndexKind::GridHierarchy, 130.0, 6.0),
-    line(IndexKind::UniformGrid, 130.0, 3.0),
-    line(IndexKind::BspTreeHierarchy, 70.0, 2.5),
-    line(IndexKind::BspTree, 70.0, 7.0),
-    line(IndexKind::OctreeRHierarchy, 30.0, 6.0),
-    line(IndexKind::OctreeR, 30.0, 6.0),
+/// Measured as the weights were, on the built-in scenes; nanoseconds a step scatter by a factor of two.
+const TABLE: [(&str, f64, [f64; 2]); 10] = [
+    ("linear", 1.0, [0.0, 0.0]),
+    ("wide-octree", 8.0, [0.75, 0.75]),
+    ("compact-octree", 10.0, [0.75, 0.75]),
+    ("lean-octree", 10.0, [0.75, 0.75]),
+    ("bvh", 220.0, [0.8, 0.4]),
+    ("kd-tree", 35.0, [5.0, 5.0]),
+    ("octree", 100.0, [0.5, 0.5]),
+    ("uniform-grid", 130.0, [3.0, 6.0]),
+    ("bsp-tree", 70.0, [7.0, 2.5]),
+    ("octree-r", 30.0, [6.0, 6.0]),
 ];
-
-const fn line(kind: IndexKind, step: f64, least_steps: f64) -> BuildCost {
-    BuildCost { kind, step, least_steps }
-}
+/// For an index that was never measured.
+const UNKNOWN: (f64, [f64; 2]) = (100.0, [1.0, 1.0]);
 
 /// Finding clusters and joining them, nanoseconds a triangle.
 const CLUSTERS: f64 = 500.0;
 
+/// How many times as long everything takes where `f64` is calculated in software: a Cortex-M4, roughly.
+fn slowness(float64: Float64) -> f64 {
+    match float64 {
+        Float64::Hardware => 1.0,
+        Float64::Software => 300.0,
+    }
+}
+
 impl BuildCost {
-    /// What building a kind takes; for one that was never measured, such that it is tried last.
-    pub fn of(kind: IndexKind) -> Self {
-        let known = TABLE.iter().find(|line| line.kind == kind);
-        known.copied().unwrap_or(line(kind, 100.0, 1.0))
+    /// What building a kind takes.
+    pub fn of(kind: IndexKind, float64: Float64) -> Self {
+        let known = TABLE.iter().find(|line| line.0 == kind.family());
+        let (step, [alone, clustered]) = known.map_or(UNKNOWN, |line| (line.1, line.2));
+        let slowness = slowness(float64);
+        let (least_steps, clusters) =
+            if kind.is_clustered() { (clustered, CLUSTERS) } else { (alone, 0.0) };
+        Self { step: step * slowness, least_steps, clusters: clusters * slowness }
     }
 
-    /// The turn of a kind: lower is earlier.
+    /// The turn of a kind: lower is earlier, those never measured come last.
     pub fn turn(kind: IndexKind) -> usize {
-        TABLE.iter().position(|line| line.kind == kind).unwrap_or(TABLE.len())
+        let place = TABLE.iter().position(|line| line.0 == kind.family());
+        2 * place.unwrap_or(TABLE.len()) + usize::from(kind.is_clustered())
     }
+
+    /// One past the last turn.
+    pub const TURNS: usize = 2 * TABLE.len() + 2;
 
     /// Nanoseconds of a build of `steps` for `triangle_count` triangles.
     pub fn nanoseconds(&self, triangle_count: usize, steps: f64) -> f64 {
-        self.step * steps + self.clusters(triangle_count)
+        self.step * steps + self.clusters * triangle_count as f64
     }
 
     /// Nanoseconds that no build for `triangle_count` triangles is below.
@@ -77,11 +84,7 @@ impl BuildCost {
     /// The steps for which `nanoseconds` are enough.
     pub fn steps_within(&self, triangle_count: usize, nanoseconds: f64) -> u64 {
         // The cast saturates, and takes what is below 0 to 0.
-        ((nanoseconds - self.clusters(triangle_count)) / self.step) as u64
-    }
-
-    fn clusters(&self, triangle_count: usize) -> f64 {
-        if self.kind.is_clustered() { CLUSTERS * triangle_count as f64 } else { 0.0 }
+        ((nanoseconds - self.clusters * triangle_count as f64) / self.step) as u64
     }
 }
 
@@ -89,7 +92,7 @@ impl BuildCost {
 const BUILDS: f64 = 3.0;
 /// ... or this share of what its rays take: an index that halves their time pays for the search ...
 const SHARE_OF_RAYS: f64 = 0.5;
-/// ... or what nobody waits for: 4 ms. All candidates for some hundred triangles.
+/// ... or what nobody waits for, 4 ms: all candidates for some hundred triangles.
 const LEAST: f64 = 4e6;
 /// Rays for each triangle where nobody says how many are to come.
 const RAYS_A_TRIANGLE: f64 = 16.0;
@@ -100,14 +103,17 @@ pub(super) struct Budget {
     rays: f64,
     /// Rays to come, for weighing builds against them: none where nobody says.
     known_rays: Option<f64>,
+    /// What may be spent in any case.
+    least: f64,
     spent: f64,
 }
 
 impl Budget {
-    pub fn new(scene: &Scene<'_>) -> Self {
+    pub fn new(scene: &Scene<'_>, float64: Float64) -> Self {
         let count = scene.triangles().len() as f64;
         let known_rays = scene.expected_rays.map(|rays| rays as f64);
-        Self { rays: known_rays.unwrap_or(RAYS_A_TRIANGLE * count), known_rays, spent: 0.0 }
+        let rays = known_rays.unwrap_or(RAYS_A_TRIANGLE * count);
+        Self { rays, known_rays, least: LEAST * slowness(float64), spent: 0.0 }
     }
 
     /// What an index takes in all: its rays, and its build where it is known how many there are.
@@ -125,7 +131,7 @@ impl Budget {
 
     /// What is left, where the best so far takes so long to build and a ray.
     pub fn left(&self, build: f64, ray: f64) -> f64 {
-        let whole = [BUILDS * build, SHARE_OF_RAYS * self.rays * ray, LEAST];
+        let whole = [BUILDS * build, SHARE_OF_RAYS * self.rays * ray, self.least];
         whole.into_iter().fold(0.0, |a, b| if b > a { b } else { a }) - self.spent
     }
 

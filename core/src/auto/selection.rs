@@ -159,8 +159,9 @@ pub fn select(
     }
 
     // 2. Try them, in the order of their turns.
-    let mut trials = Trials { scene, options, budget: Budget::new(scene), best: None };
-    for turn in 0..=KINDS {
+    let mut trials =
+        Trials { scene, options, budget: Budget::new(scene, options.float64), best: None };
+    for turn in 0..BuildCost::TURNS {
         for candidate in &mut estimates {
             if BuildCost::turn(candidate.kind) == turn {
                 candidate.expectation = match trials.expect(candidate.kind, arena, scratch) {
@@ -218,7 +219,7 @@ impl Trials<'_, '_> {
         scratch: &mut [u8],
     ) -> Result<Cost, BuildError> {
         let count = self.scene.triangles().len();
-        let costs = BuildCost::of(kind);
+        let costs = BuildCost::of(kind, self.options.float64);
         let least = costs.least_nanoseconds(count);
         let given = self.options.work_limit.unwrap_or(u64::MAX);
         let limit = match self.best {

@@ -260,7 +260,7 @@ macro_rules! registry {
                 steps: &mut u64,
             ) -> Result<AnyIndex<'a>, BuildError> {
                 match self {
-                    $(Self::$variant => {
+                    $(#[cfg($($included)*)] Self::$variant => {
                         Index::build_counted(scene, options, arena, scratch, executor, steps)
                             .map(AnyIndex::$variant)
                     })*
