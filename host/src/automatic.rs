@@ -9,17 +9,31 @@ const BYTES_PER_TRIANGLE: usize = 1024;
 /// Room for the smallest scenes.
 const LEAST_BYTES: usize = 1 << 20;
 
-/// Chooses among the usual indices; see [`arboleda::auto::select`]. Memory that no candidate touches costs nothing: it
-/// comes zeroed from the system.
+/// Chooses among the usual indices; see [`arboleda::auto::select`].
 ///
 /// # Errors
 /// As there.
 pub fn select_index(scene: &Scene<'_>, options: &Options) -> Result<Selection, BuildError> {
     let count = scene.triangles().len();
     let scratch_bytes = USUAL.iter().map(|kind| kind.scratch_capacity(count, options)).max();
-    let mut scratch = bytemuck::zeroed_vec(Block::count(scratch_bytes.unwrap_or(0)));
+    let mut scratch = Untouched::of(scratch_bytes.unwrap_or(0));
     let arena_bytes = LEAST_BYTES + count * BYTES_PER_TRIANGLE;
-    let mut arena = bytemuck::zeroed_vec(Block::count(arena_bytes));
-    let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
-    select(scene, options, USUAL, arena, scratch)
+    let mut arena = Untouched::of(arena_bytes);
+    select(scene, options, USUAL, arena.bytes(), scratch.bytes())
+}
+
+/// Zeroed memory of which only what is touched becomes resident.
+///
+/// A vector of blocks would be filled with zeros by hand, because their alignment is more than the system's.
+struct Untouched(Vec<u64>);
+
+impl Untouched {
+    fn of(bytes: usize) -> Self {
+        Self(vec![0; (Block::count(bytes) + 1) * size_of::<Block>() / size_of::<u64>()])
+    }
+
+    fn bytes(&mut self) -> &mut [u8] {
+        let (_, blocks, _) = bytemuck::pod_align_to_mut::<u64, Block>(&mut self.0);
+        Block::bytes(blocks)
+    }
 }
