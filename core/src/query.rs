@@ -187,13 +187,16 @@ impl<C: Count> Query for Closest<'_, C> {
     #[inline]
     fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()> {
         let Hit { triangle: best, t: last, .. } = self.hit;
-        let closer = |t: f32| t < last || id < best;
         let Intersection { t, u, v } = match verdict {
-            Verdict::Hit(found) if closer(found.t) => found,
-            Verdict::InDoubt => match meet(self.ray, triangle, self.ray.t_min(), last) {
-                Some(meeting) if closer(meeting.t()) => meeting.intersection(),
-                _ => return ControlFlow::Continue(()),
-            },
+            Verdict::Hit(found) if found.t < last || id < best => found,
+            Verdict::InDoubt => {
+                // Of a higher id, a hit as far away changes nothing: around a corner, most need not be decided.
+                let t_max = if id < best { last } else { last.next_down() };
+                match meet(self.ray, triangle, self.ray.t_min(), t_max) {
+                    Some(meeting) => meeting.intersection(),
+                    None => return ControlFlow::Continue(()),
+                }
+            }
             _ => return ControlFlow::Continue(()),
         };
         self.hit = Hit { triangle: id, t, u, v };

@@ -1,9 +1,9 @@
 //! Oracles, scenes and checks that the integration tests and the fuzz targets share.
 //!
 //! ```text
-//! random --> scenes, rays, pairs --> checks <-- oracle
-//!                                      |
-//!                                    build
+//! random --> scenes, rays, pairs, zeros --> checks <-- oracle
+//!                                             |
+//!                                           build
 //! ```
 //! `oracle` says what is right, in exact integers or by comparing all pairs, and knows none of the
 //! core's shortcuts. `checks` run every index and compare with `==` on bits; they panic where a
@@ -20,3 +20,4 @@ pub mod parallel;
 pub mod random;
 pub mod rays;
 pub mod scenes;
+pub mod zeros;

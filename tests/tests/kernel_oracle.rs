@@ -2,6 +2,7 @@
 //!
 //! 1.2 million pairs in release, 30,000 in debug, each on a line and on half of it; every bit of `t`, `u` and
 //! `v` must agree. Each family must yield hits and misses enough, so that neither answer can be right by default.
+//! Then a million pairs more of which volumes are exactly 0.
 
 use arboleda::geometry::kernel::Intersection;
 use arboleda::{
@@ -9,9 +10,11 @@ use arboleda::{
 };
 use arboleda_tests::pairs::{self, Family};
 use arboleda_tests::random::Random;
+use arboleda_tests::zeros::Zeros;
 use arboleda_tests::{oracle, parallel};
 
 const PAIRS_PER_FAMILY: usize = if cfg!(debug_assertions) { 2_000 } else { 80_000 };
+const ZEROS_PER_WAY: usize = if cfg!(debug_assertions) { 2_000 } else { 112_000 };
 const CHUNK: usize = 1_000;
 
 /// The least share of hits, and of misses, of a family: one in twenty.
@@ -48,13 +51,46 @@ impl Lanes {
     }
 }
 
-struct Outcome {
-    family: Family,
+/// A way of making pairs.
+trait Pairs: Copy + PartialEq + std::fmt::Debug + Send + Sync {
+    const PAIRS: usize;
+
+    fn pair(self, random: &mut Random) -> (Ray, Triangle);
+
+    fn hits(self) -> bool;
+}
+
+impl Pairs for Family {
+    const PAIRS: usize = PAIRS_PER_FAMILY;
+
+    fn pair(self, random: &mut Random) -> (Ray, Triangle) {
+        Family::pair(self, random)
+    }
+
+    fn hits(self) -> bool {
+        true
+    }
+}
+
+impl Pairs for Zeros {
+    const PAIRS: usize = ZEROS_PER_WAY;
+
+    fn pair(self, random: &mut Random) -> (Ray, Triangle) {
+        Zeros::pair(self, random)
+    }
+
+    fn hits(self) -> bool {
+        Zeros::hits(self)
+    }
+}
+
+struct Outcome<P> {
+    pairs: P,
     hits: usize,
     wrong: Vec<String>,
 }
 
-impl Outcome {
+impl<P: Pairs> Outcome<P> {
     /// Asks the kernel, and the wide octree in both ways.
     fn check(
         &mut self,
@@ -67,9 +103,9 @@ impl Outcome {
         let found = [(hit, hit.is_some())].into_iter().chain(lanes.intersect(ray, triangle));
         for (way, (found, occluded)) in found.enumerate() {
             if bits(found) != bits(exact) || occluded != exact.is_some() {
-                let family = self.family;
+                let pairs = self.pairs;
                 self.wrong.push(format!(
-                    "{family:?}: {ray:?} {triangle:?}\n  exact {exact:?}\n  way {way} {found:?}, \
+                    "{pairs:?}: {ray:?} {triangle:?}\n  exact {exact:?}\n  way {way} {found:?}, \
                      occluded {occluded}"
                 ));
             }
@@ -77,13 +113,12 @@ impl Outcome {
     }
 }
 
-fn run(job: usize) -> Outcome {
-    let family = Family::ALL[job % Family::ALL.len()];
+fn run<P: Pairs>(pairs: P, job: usize) -> Outcome<P> {
     let mut random = Random::new(job as u64);
     let mut lanes = Lanes::new();
-    let mut outcome = Outcome { family, hits: 0, wrong: Vec::new() };
+    let mut outcome = Outcome { pairs, hits: 0, wrong: Vec::new() };
     for _ in 0..CHUNK {
-        let (line, triangle) = family.pair(&mut random);
+        let (line, triangle) = pairs.pair(&mut random);
         let on_line = oracle::hit::intersect(&line, &triangle);
         outcome.hits += usize::from(on_line.is_some());
         // A line is decided in f64 only, half of one in lanes too.
@@ -95,25 +130,37 @@ fn run(job: usize) -> Outcome {
     outcome
 }
 
-#[test]
-fn every_hard_pair_is_decided_and_rounded_exactly() {
-    let jobs = Family::ALL.len() * PAIRS_PER_FAMILY.div_ceil(CHUNK);
-    let outcomes = parallel::map(jobs, run);
+/// # Panics
+/// Where a bit is wrong, or hits or misses are too few.
+fn all_are_exact<P: Pairs>(ways: &[P]) {
+    let jobs = ways.len() * P::PAIRS.div_ceil(CHUNK);
+    let outcomes = parallel::map(jobs, |job| run(ways[job % ways.len()], job));
     let mut poor = Vec::new();
-    for family in Family::ALL {
-        let of_family = || outcomes.iter().filter(|outcome| outcome.family == family);
-        let pairs = of_family().count() * CHUNK;
-        let hits: usize = of_family().map(|outcome| outcome.hits).sum();
-        let wrong: usize = of_family().map(|outcome| outcome.wrong.len()).sum();
-        println!("{family:?}: {pairs} pairs, {hits} hits, {wrong} wrong");
-        if hits * LEAST_SHARE < pairs || (pairs - hits) * LEAST_SHARE < pairs {
-            poor.push(family);
+    for &way in ways {
+        let of_way = || outcomes.iter().filter(|outcome| outcome.pairs == way);
+        let pairs = of_way().count() * CHUNK;
+        let hits: usize = of_way().map(|outcome| outcome.hits).sum();
+        let wrong: usize = of_way().map(|outcome| outcome.wrong.len()).sum();
+        println!("{way:?}: {pairs} pairs, {hits} hits, {wrong} wrong");
+        let both = hits * LEAST_SHARE >= pairs && (pairs - hits) * LEAST_SHARE >= pairs;
+        if way.hits() != both || !way.hits() && hits > 0 {
+            poor.push(way);
         }
     }
     let wrong: Vec<&String> = outcomes.iter().flat_map(|outcome| &outcome.wrong).collect();
     let shown: Vec<&str> = wrong.iter().take(5).map(|text| text.as_str()).collect();
     assert!(wrong.is_empty(), "{} wrong, the first:\n{}", wrong.len(), shown.join("\n"));
     assert!(poor.is_empty(), "{poor:?} yield too few hits or misses to prove anything");
+}
+
+#[test]
+fn every_hard_pair_is_decided_and_rounded_exactly() {
+    all_are_exact(&Family::ALL);
+}
+
+#[test]
+fn every_exact_zero_is_decided_and_rounded_exactly() {
+    all_are_exact(&Zeros::ALL);
 }
 
 /// `1 - u` is no double where `u` is below 2^-53; a weight of 1 beside it must still be lowered.

@@ -1,103 +1,181 @@
-//! The volumes of the kernel as expansions: what decides where `f64` cannot.
+//! The volumes of the kernel exactly: what decides where `f64` cannot.
+//!
+//! Seen from the origin of the ray, with `a = A - o`, `b = B - o`, `c = C - o`, the volumes have one form:
+//!
+//! ```text
+//! det t = a . (b x c)    det u = d . (c x a)    det v = d . (a x b)    det w = d . (b x c)
+//! ```
+//!
+//! They are those of the kernel, because `e1 = b - a`, `e2 = c - a` and `a x a = 0`; and `det`, the sum of the last three,
+//! does not depend on the origin. Signs are decided in whole numbers where coordinates allow that ([`Lattice`]), and
+//! otherwise, like quotients that lie between two `f32`, by [`LongSum`]: the differences are multiplied out, a product
+//! that has the origin twice is 0, and what is left are the triple products below, of `f32` as they were given.
 
-use glam::Vec3;
-
-use super::expansion::Expansion;
+use super::lattice::Lattice;
+use super::long_sum::{Factor, LongSum};
 use super::{Ray, Triangle};
 
-/// A difference of two `f32`: at most two terms.
-type Difference = Expansion<2>;
-/// A difference plus a difference times a midpoint of two `f32` (two terms each): 2 + 4 terms.
-type Point = Expansion<6>;
-/// A triple product. Either 1-term times (2-term times 6-term, twice): 1 * 2 * (2 * 24) = 96 terms an
-/// axis; or 3-term times (2-term times 2-term, twice): 3 * 2 * (2 * 8) = 96. Three axes.
-pub(super) type Volume = Expansion<288>;
-
-/// The volumes of one ray and one triangle, exactly.
-pub(super) struct Exact {
-    origin: Vec3,
-    direction: Vec3,
-    triangle: Triangle,
+/// A volume: what is divided by `det` to give `t` or the weight of a corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Volume {
+    /// `det t`
+    T,
+    /// `det u`
+    U,
+    /// `det v`
+    V,
+    /// `det w`, the weight of corner `a`
+    W,
 }
 
-impl Exact {
-    pub fn new(ray: &Ray, triangle: Triangle) -> Self {
-        Self { origin: ray.origin(), direction: ray.direction(), triangle }
+/// A ray and a triangle.
+#[derive(Clone, Copy)]
+pub(super) struct Pair<'p> {
+    pub ray: &'p Ray,
+    pub triangle: &'p Triangle,
+}
+
+impl Pair<'_> {
+    /// Tells whether the ray runs along the plane of the triangle because both have no extent on an axis. Then
+    /// `det = d . n` is 0: the normal `n` lies along that axis, on which `d` is 0.
+    #[inline]
+    pub fn is_along_flat(&self) -> bool {
+        let (d, Triangle { a, b, c }) = (self.ray.direction(), self.triangle);
+        d.x == 0.0 && a.x == b.x && a.x == c.x
+            || d.y == 0.0 && a.y == b.y && a.y == c.y
+            || d.z == 0.0 && a.z == b.z && a.z == c.z
     }
 
-    /// `det = d . (e1 x e2)`
-    pub fn det(&self) -> Volume {
-        triple(&self.d(), &self.e1(), &self.e2().each_ref().map(widened))
+    /// Tells whether two corners are one point, so that the triangle has no area.
+    pub fn has_equal_corners(&self) -> bool {
+        let Triangle { a, b, c } = self.triangle;
+        a == b || b == c || c == a
     }
 
-    /// `det t - m det = (a - m d) . (e1 x e2)`
-    pub fn t_minus(&self, m: f64) -> Volume {
-        // m has at most 25 bits and d has 24, so their product is one f64.
-        let step = self.direction.to_array().map(|d| -m * f64::from(d));
-        let p = zip(&self.a(), &step, |a, step| a.plus(&Expansion::<1>::of(*step)));
-        triple(&p, &self.e1(), &self.e2().each_ref().map(widened))
+    /// Tells whether the origin has a coordinate that all corners have, so that it lies in their plane: `t` is 0.
+    fn begins_on_flat(&self) -> bool {
+        let (o, Triangle { a, b, c }) = (self.ray.origin(), self.triangle);
+        let same = |o: f32, a: f32, b: f32, c: f32| o == a && o == b && o == c;
+        same(o.x, a.x, b.x, c.x) || same(o.y, a.y, b.y, c.y) || same(o.z, a.z, b.z, c.z)
     }
 
-    /// `det u - m det = d . (e2 x (a + m e1))`
-    pub fn u_minus(&self, m: f64) -> Volume {
-        triple(&self.d(), &self.e2(), &self.a_plus(m, &self.e1()))
+    /// What decides signs.
+    pub fn signs(self) -> Signs {
+        let Self { ray, triangle } = self;
+        Lattice::new(ray, triangle).map_or(Signs::Long(Long::new(ray, triangle)), Signs::Lattice)
     }
 
-    /// `det v - m det = -d . (e1 x (a + m e2))`
-    pub fn v_minus(&self, m: f64) -> Volume {
-        triple(&self.d(), &self.e1(), &self.a_plus(m, &self.e2())).negated()
-    }
-
-    /// `det w = d . ((B - o) x (C - o))`
-    pub fn w(&self) -> Volume {
-        let b = differences(self.triangle.b, self.origin);
-        let c = differences(self.triangle.c, self.origin);
-        triple(&self.d(), &b, &c.each_ref().map(widened))
-    }
-
-    fn d(&self) -> [Point; 3] {
-        self.direction.to_array().map(|d| Point::of(f64::from(d)))
-    }
-
-    fn a(&self) -> [Difference; 3] {
-        differences(self.triangle.a, self.origin)
-    }
-
-    fn e1(&self) -> [Difference; 3] {
-        differences(self.triangle.b, self.triangle.a)
-    }
-
-    fn e2(&self) -> [Difference; 3] {
-        differences(self.triangle.c, self.triangle.a)
-    }
-
-    fn a_plus(&self, m: f64, e: &[Difference; 3]) -> [Point; 3] {
-        zip(&self.a(), e, |a, e| a.plus(&e.scaled::<4>(m)))
+    /// The `f32` nearest to the exact quotient of a volume and `det`, ties to even; never -0.0.
+    #[cold]
+    #[inline(never)]
+    pub fn round(self, volume: Volume, det_sign: i32) -> f32 {
+        let Self { ray, triangle } = self;
+        if volume == Volume::T && self.begins_on_flat() {
+            return 0.0;
+        }
+        if Lattice::new(ray, triangle).is_some_and(|lattice| lattice.sign(volume) == 0) {
+            return 0.0;
+        }
+        Long::new(ray, triangle).round(volume, det_sign)
     }
 }
 
-fn differences(p: Vec3, q: Vec3) -> [Difference; 3] {
-    zip(&p.to_array(), &q.to_array(), |&p, &q| Difference::difference(p, q))
+/// What decides the sign of a volume.
+pub(super) enum Signs {
+    Lattice(Lattice),
+    Long(Long),
 }
 
-fn widened(difference: &Difference) -> Point {
-    difference.plus(&Expansion::<0>::default())
+impl Signs {
+    /// The sign of a volume: -1, 0 or 1.
+    #[inline(never)]
+    pub fn of(&self, volume: Volume) -> i32 {
+        match self {
+            Self::Lattice(lattice) => lattice.sign(volume),
+            Self::Long(long) => long.minus(volume, None).sign(),
+        }
+    }
 }
 
-fn zip<A, B, C>(a: &[A; 3], b: &[B; 3], f: impl Fn(&A, &B) -> C) -> [C; 3] {
-    let ([a0, a1, a2], [b0, b1, b2]) = (a, b);
-    [f(a0, b0), f(a1, b1), f(a2, b2)]
+/// A ray and a triangle, for long sums.
+pub(super) struct Long {
+    direction: [f32; 3],
+    origin: [f32; 3],
+    a: [f32; 3],
+    b: [f32; 3],
+    c: [f32; 3],
 }
 
-/// `p . (q x r)`, exactly.
-fn triple(p: &[Point; 3], q: &[Difference; 3], r: &[Point; 3]) -> Volume {
-    let minor = |q0: &Difference, r1: &Point, q1: &Difference, r0: &Point| -> Expansion<48> {
-        let (left, right): (Expansion<24>, Expansion<24>) = (q0.times(r1), q1.times(r0));
-        left.plus(&right.negated())
-    };
-    let ([px, py, pz], [qx, qy, qz], [rx, ry, rz]) = (p, q, r);
-    let x: Expansion<96> = minor(qy, rz, qz, ry).times(px);
-    let y: Expansion<96> = minor(qz, rx, qx, rz).times(py);
-    let z: Expansion<96> = minor(qx, ry, qy, rx).times(pz);
-    x.plus::<96, 192>(&y).plus(&z)
+/// Half-way from the largest `f32` to what would be the next, 2^128: from here on rounding overflows.
+const BEYOND_MAX: f64 = 340_282_356_779_733_661_637_539_395_458_142_568_448.0; // 2^128 - 2^103
+
+impl Long {
+    fn new(ray: &Ray, &Triangle { a, b, c }: &Triangle) -> Self {
+        let [direction, origin] = [ray.direction(), ray.origin()].map(|v| v.to_array());
+        Self { direction, origin, a: a.to_array(), b: b.to_array(), c: c.to_array() }
+    }
+
+    /// A volume less `m` times `det`; `m` is half-way between two `f32`.
+    #[inline(never)]
+    fn minus(&self, volume: Volume, m: Option<f64>) -> LongSum {
+        let Self { direction: d, origin: o, a, b, c } = self;
+        let mut sum = LongSum::ZERO;
+        // p . ((q - o) x (r - o))
+        let mut seen = |p, q, r| {
+            sum.add_triple(Factor::ONE, p, q, r);
+            sum.add_triple(-Factor::ONE, p, q, o);
+            sum.add_triple(-Factor::ONE, p, o, r);
+        };
+        match volume {
+            Volume::U => seen(d, c, a),
+            Volume::V => seen(d, a, b),
+            Volume::W => seen(d, b, c),
+            Volume::T => {
+                seen(a, b, c);
+                sum.add_triple(-Factor::ONE, o, b, c);
+            }
+        }
+        if let Some(m) = m {
+            self.add_det(-Factor::of(m), &mut sum);
+        }
+        sum
+    }
+
+    fn add_det(&self, factor: Factor, sum: &mut LongSum) {
+        let Self { direction: d, a, b, c, .. } = self;
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            sum.add_triple(factor, d, p, q);
+        }
+    }
+
+    /// See [`Pair::round`].
+    fn round(&self, volume: Volume, det_sign: i32) -> f32 {
+        // The exact volumes, rounded: each is off by at most 2^-51 of itself, the quotient by less
+        // than 2^-49. At most one boundary between two f32 values lies in such an interval.
+        let q = self.quotient(volume);
+        let error = q.abs() * (8.0 * f64::EPSILON);
+        let (low, high) = ((q - error) as f32, (q + error) as f32);
+        if low == high {
+            return low + 0.0;
+        }
+        // On which side of that boundary is the exact quotient?
+        let boundary = match (low.is_finite(), high.is_finite()) {
+            (true, true) => (f64::from(low) + f64::from(high)) * 0.5,
+            (true, false) => BEYOND_MAX,
+            _ => -BEYOND_MAX,
+        };
+        let nearest = match self.minus(volume, Some(boundary)).sign() * det_sign {
+            0 => boundary as f32, // the conversion rounds ties to even
+            1.. => high,
+            _ => low,
+        };
+        nearest + 0.0
+    }
+
+    fn quotient(&self, volume: Volume) -> f64 {
+        let numerator = self.minus(volume, None).estimate();
+        let mut det = LongSum::ZERO;
+        self.add_det(Factor::ONE, &mut det);
+        numerator / det.estimate()
+    }
 }

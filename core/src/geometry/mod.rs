@@ -1,7 +1,7 @@
 //! Values without policy: rays, boxes, triangles, and the exact test between a ray and a triangle.
 //!
 //! ```text
-//! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Exact (Expansion)
+//! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Lattice -> LongSum
 //!                      +-- RaySpan (clip, plane) --- conservative slabs for the indices
 //! ```
 //!
@@ -11,12 +11,14 @@
 mod aabb;
 mod box4;
 mod exact;
-mod expansion;
 pub mod kernel;
+mod lattice;
+mod long_sum;
 mod overlap;
 mod ray;
 mod span;
 mod triangle;
+mod volumes;
 
 pub use aabb::Aabb;
 pub(crate) use box4::Box4;

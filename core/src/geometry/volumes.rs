@@ -1,0 +1,160 @@
+//! The volumes in `f64`, each with a bound on its error, and their quotients.
+//!
+//! The bounds are derived in `kernel`.
+
+use glam::Vec3;
+
+use super::exact::{Pair, Volume};
+
+type V3 = [f64; 3];
+
+fn cross(a: V3, b: V3) -> V3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: V3, b: V3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn largest64(v: V3) -> f64 {
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    larger(v[0].abs(), larger(v[1].abs(), v[2].abs()))
+}
+
+/// A computed value and a bound on its distance from the exact one.
+#[derive(Clone, Copy)]
+pub(super) struct Approximate {
+    value: f64,
+    error: f64,
+}
+
+impl Approximate {
+    /// Exactly 0.
+    pub const ZERO: Self = Self { value: 0.0, error: 0.0 };
+
+    /// Tells whether the exact value has the same sign, and is not 0.
+    #[inline]
+    fn is_certain(self) -> bool {
+        self.value.abs() > self.error
+    }
+
+    /// The sign of the exact value where that is certain, and not 0.
+    pub fn certain_sign(self) -> Option<i32> {
+        self.is_certain().then_some(if self.value < 0.0 { -1 } else { 1 })
+    }
+}
+
+/// The volumes of one ray and one triangle in `f64`.
+pub(super) struct Volumes {
+    pub t: Approximate,
+    pub u: Approximate,
+    pub v: Approximate,
+    pub w: Approximate,
+    pub det: Approximate,
+}
+
+impl Volumes {
+    #[inline]
+    pub fn new(&Pair { ray, triangle }: &Pair<'_>) -> Self {
+        const R: f64 = f64::EPSILON / 2.0;
+        let wide = |v: Vec3| [f64::from(v.x), f64::from(v.y), f64::from(v.z)];
+        let minus = |p: V3, q: V3| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+
+        let corner = wide(triangle.a);
+        let d = wide(ray.direction());
+        let a = minus(corner, wide(ray.origin()));
+        let e1 = minus(wide(triangle.b), corner);
+        let e2 = minus(wide(triangle.c), corner);
+        let normal = cross(e1, e2);
+
+        let det = dot(d, normal);
+        let t = dot(a, normal);
+        let u = dot(d, cross(e2, a));
+        let v = dot(d, cross(a, e1));
+        let w = det - u - v;
+
+        let d_max = largest64(d);
+        let a_max = largest64(a);
+        let (e1_max, e2_max) = (largest64(e1), largest64(e2));
+        let e_max = if e1_max > e2_max { e1_max } else { e2_max };
+        let de = d_max * e_max;
+        let bound = |value: f64, error: f64| Approximate { value, error };
+        Self {
+            t: bound(t, 56.0 * R * a_max * e_max * e_max),
+            u: bound(u, 48.0 * R * de * a_max),
+            v: bound(v, 48.0 * R * de * a_max),
+            w: bound(w, 64.0 * R * de * (e_max + 2.0 * a_max)),
+            det: bound(det, 48.0 * R * de * e_max),
+        }
+    }
+
+    /// Tells whether the signs of the three weights are certain, and none is 0.
+    #[inline]
+    pub fn are_certain(&self) -> bool {
+        let Self { u, v, w, .. } = self;
+        u.is_certain() && v.is_certain() && w.is_certain()
+    }
+
+    /// The sign of `det` if the line meets the closed triangle, where the weights are certain.
+    #[inline]
+    pub fn hit_sign(&self) -> Option<i32> {
+        let Self { u, v, w, .. } = self;
+        let negative = w.value < 0.0;
+        let same = (u.value < 0.0) == negative && (v.value < 0.0) == negative;
+        same.then_some(if negative { -1 } else { 1 })
+    }
+}
+
+/// What the volumes of a hit are divided by.
+#[derive(Clone, Copy)]
+pub(super) struct Divisor {
+    error: f64,
+    /// NaN where the error is too large a part of it; then nothing that is compared holds, and exact
+    /// arithmetic decides.
+    inverse: f64,
+    sign: i32,
+}
+
+impl Divisor {
+    #[inline]
+    pub fn new(det: Approximate, sign: i32) -> Self {
+        let certain = det.error < det.value.abs() * 1e-4;
+        let inverse = if certain { 1.0 / det.value } else { f64::NAN };
+        Self { error: det.error, inverse, sign }
+    }
+
+    /// The `f32` values between which the quotient, rounded to `f32`, must lie.
+    ///
+    /// With `N`, `D` exact and `n`, `d` computed: `N/D - n/d = ((N - n) d - n (D - d)) / (D d)`, at most
+    /// `(error_n + |n/d| error_d) / (|d| - error_d)`, where the divisor is at least `0.9999 |d|`. The
+    /// quotient rounds twice, the products and sums of its error a few times; the factor 1.001 and the
+    /// relative 2^-50 cover that. Rounding to `f32` keeps the order.
+    #[inline]
+    pub fn quotient(&self, numerator: Approximate) -> Bracket {
+        let q = numerator.value * self.inverse;
+        let error = (numerator.error + q.abs() * self.error) * self.inverse.abs() * 1.001
+            + q.abs() * 4.0 * f64::EPSILON;
+        Bracket { low: (q - error) as f32, high: (q + error) as f32, det_sign: self.sign }
+    }
+}
+
+/// Where a quotient lies that is to be rounded to the nearest `f32`.
+pub(super) struct Bracket {
+    low: f32,
+    high: f32,
+    det_sign: i32,
+}
+
+impl Bracket {
+    /// Tells whether the nearest `f32` surely lies outside the interval.
+    #[inline]
+    pub fn is_outside(&self, t_min: f32, t_max: f32) -> bool {
+        self.high < t_min || self.low > t_max
+    }
+
+    /// The nearest `f32`, ties to even; never -0.0.
+    #[inline]
+    pub fn round(&self, pair: &Pair<'_>, volume: Volume) -> f32 {
+        if self.low == self.high { self.low + 0.0 } else { pair.round(volume, self.det_sign) }
+    }
+}
