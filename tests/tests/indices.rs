@@ -276,3 +276,31 @@ fn options_and_objects_out_of_range_are_refused() {
         assert_eq!(refused(&[0, 1, 4, 5, 0]), Some(out_of_range));
     }
 }
+
+/// Nothing in a flat scene can be hit from within its plane, and nothing is tested: neither from inside, nor from
+/// beside, in no index.
+#[test]
+fn rays_in_the_plane_of_a_flat_scene_test_nothing() {
+    for axis in 0..3 {
+        let triangles = scenes::flat(24, axis);
+        let height = triangles[0].a[axis];
+        let (lo, hi) =
+            triangles.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), t| {
+                (lo.min(t.a).min(t.b).min(t.c), hi.max(t.a).max(t.b).max(t.c))
+            });
+        assert!(lo[axis] == hi[axis], "not flat");
+        let scene = Scene::new(&triangles);
+        for &kind in IndexKind::ALL {
+            let built = Built::new(kind, &scene, &Options::default()).expect("it is built");
+            for (from, towards) in [(lo - 1.0, hi - lo), (lo, Vec3::ONE), (hi, lo - hi * 0.75)] {
+                let (mut origin, mut direction) = (from, towards);
+                (origin[axis], direction[axis]) = (height, 0.0);
+                let ray = Ray::new(origin, direction).expect("a valid ray");
+                let mut counters = Counters::default();
+                assert_eq!(built.index().closest_hit_counted(&ray, &mut counters), None);
+                assert!(!built.index().occluded_counted(&ray, &mut counters));
+                assert_eq!(counters, Counters::default(), "{} on axis {axis}", kind.name());
+            }
+        }
+    }
+}

@@ -1,7 +1,9 @@
 //! Boxes along the axes.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{BVec3, Vec3};
+
+use super::Ray;
 
 /// A closed box along the axes, `lo..=hi` on each.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -52,6 +54,19 @@ impl Aabb {
                 more(self.hi.z, other.hi.z),
             ),
         }
+    }
+
+    /// The axes on which the box has no extent.
+    #[inline]
+    pub(super) fn flat_axes(&self) -> BVec3 {
+        self.lo.cmpeq(self.hi)
+    }
+
+    /// Tells whether the box has no extent on an axis on which the direction of a ray is 0. All triangles in such
+    /// a box lie in one plane, along which the ray runs: it hits none of them, wherever it begins.
+    #[inline]
+    pub(crate) fn is_along(&self, ray: &Ray) -> bool {
+        (ray.direction().cmpeq(Vec3::ZERO) & self.flat_axes()).any()
     }
 
     /// The lengths of the sides in `f64`, where they neither overflow nor lose a box of non-zero

@@ -13,6 +13,8 @@
 //!
 //! Where `d` is 0 the ray runs along the plane: it is on the low side, the high side, or in it.
 
+use glam::{BVec3, Vec3};
+
 use super::{Aabb, Ray};
 
 /// A part of a ray, `from <= t <= to`; empty if `from > to`.
@@ -43,6 +45,8 @@ pub struct RaySpan {
     inverse: [f64; 3],
     span: Span,
     sign_mask: usize,
+    /// The axes on which the direction is 0.
+    still: BVec3,
 }
 
 /// Relative widening; see the module's documentation.
@@ -63,6 +67,7 @@ impl RaySpan {
                 to: last_parameter(ray.t_max()),
             },
             sign_mask: negative(0, d[0]) | negative(1, d[1]) | negative(2, d[2]),
+            still: ray.direction().cmpeq(Vec3::ZERO),
         }
     }
 
@@ -120,9 +125,12 @@ impl RaySpan {
         }
     }
 
-    /// The part of `span` that may lie in a closed box.
+    /// The part of `span` that may lie in a closed box, if anything in it can be hit: see [`Aabb::is_along`].
     #[inline]
     pub fn clip(&self, bounds: &Aabb, span: Span) -> Span {
+        if self.still.any() && (self.still & bounds.flat_axes()).any() {
+            return Span { from: f64::INFINITY, to: f64::NEG_INFINITY };
+        }
         let (lo, hi) = (bounds.lo, bounds.hi);
         let span = self.between(0, f64::from(lo.x), f64::from(hi.x), span);
         let span = self.between(1, f64::from(lo.y), f64::from(hi.y), span);

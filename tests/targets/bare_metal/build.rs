@@ -4,7 +4,7 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=link");
     println!("cargo::rustc-link-search={}/link", env!("CARGO_MANIFEST_DIR"));
-    for program in ["thumb", "thumb_cost"] {
+    for program in ["thumb", "thumb_cost", "thumb_stack"] {
         println!("cargo::rustc-link-arg-bin={program}=-Tlink.x"); // of cortex-m-rt; reads memory.x
     }
     println!("cargo::rustc-link-arg-bin=riscv=-Triscv.x");

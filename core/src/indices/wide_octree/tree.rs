@@ -40,14 +40,14 @@ impl Tree for WideTree<'_> {
         self.largest
     }
 
-    fn for_each_child(self, link: u32, mut show: impl FnMut(Step, Aabb)) {
+    fn for_each_child(self, link: u32, mut show: impl FnMut(usize, Step, Aabb)) {
         let Some(node) = node_at(self.rows, link) else { return };
         for (lane, (&link, &edge)) in node[LINKS_ROW].iter().zip(&node[EDGES_ROW]).enumerate() {
             let number = |row: usize| f32::from_bits(node[row][lane]);
             let lo = Vec3::new(number(0), number(2), number(4));
             let hi = Vec3::new(number(1), number(3), number(5));
             if link != EMPTY {
-                show(Step { link, edge }, Aabb::new(lo, hi));
+                show(lane, Step { link, edge }, Aabb::new(lo, hi));
             }
         }
     }

@@ -8,8 +8,9 @@ use arrayvec::ArrayVec;
 use super::lanes::{LaneRay, Lanes, key};
 use super::portable::Portable;
 use super::{EMPTY, LANES, LEAF, STACK};
+use crate::Vec3;
 use crate::Vectors;
-use crate::geometry::{Aabb, RaySpan, Span, Triangle};
+use crate::geometry::{Aabb, Ray, RaySpan, Triangle};
 use crate::query::{Query, TriangleId};
 
 /// A tree of nodes of up to eight boxes, and of leaves.
@@ -20,8 +21,8 @@ pub(in crate::indices) trait Tree: Copy {
     /// The largest coordinate of any triangle.
     fn largest(self) -> f32;
 
-    /// Shows the children of a node.
-    fn for_each_child(self, link: u32, show: impl FnMut(Step, Aabb));
+    /// Shows the children of a node, and in which lanes they are.
+    fn for_each_child(self, link: u32, show: impl FnMut(usize, Step, Aabb));
 
     /// Shows the triangles of a leaf, and counts them.
     fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()>;
@@ -113,13 +114,22 @@ pub(super) fn walk_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &
     let Some(ray) = LaneRay::new(query.ray(), tree.largest()) else {
         return walk_in_f64(tree, query);
     };
+    if is_along_flat(tree, query.ray()) {
+        return;
+    }
     let mut walk = Walk::<L>::new(ray, tree.root());
     while walk.step(tree, query).is_continue() {}
 }
 
 /// Rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
-/// processor works for the others.
-const IN_TURN: usize = 4;
+/// processor works for the others. One where there are no vectors: such a processor does not wait, and each walk takes
+/// 2 KB of stack.
+const IN_TURN: usize =
+    if cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")) {
+        4
+    } else {
+        1
+    };
 
 #[inline(always)]
 pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
@@ -137,11 +147,14 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
             turn.place = place;
             turn.query = start(place);
             let Some(query) = &mut turn.query else { break };
-            if let Some(ray) = LaneRay::new(query.ray(), largest) {
-                turn.walk.begin(ray, root);
-                return;
+            match LaneRay::new(query.ray(), largest) {
+                Some(_) if is_along_flat(tree, query.ray()) => {}
+                Some(ray) => {
+                    turn.walk.begin(ray, root);
+                    return;
+                }
+                None => walk_in_f64(tree, query),
             }
-            walk_in_f64(tree, query);
             finish(place, query);
         }
         turn.query = None;
@@ -275,31 +288,72 @@ pub(in crate::indices) fn decide_each<L: Lanes, Q: Query>(
     ControlFlow::Continue(())
 }
 
-/// For rays beyond what `lanes` can bound: box by box, triangle by triangle.
+/// Tells whether all boxes of the root have no extent on an axis on which the ray has none; then nothing in them is
+/// hit: see [`Aabb::is_along`]. Asked of the root only: lanes would have to be asked at every node.
+#[inline(always)]
+fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
+    ray.direction().cmpeq(Vec3::ZERO).any() && is_root_along_flat(tree, ray)
+}
+
+#[cold]
+#[inline(never)]
+fn is_root_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
+    let Step { link, .. } = tree.root();
+    if link & LEAF != 0 {
+        return false;
+    }
+    let mut all = Aabb::EMPTY;
+    tree.for_each_child(link, |_, _, bounds| all = all.union(bounds));
+    all.is_along(ray)
+}
+
+/// For rays beyond what `lanes` can bound: box by box, triangle by triangle, the child in the last lane first.
+///
+/// A node waits as its link and a bit for each child that the ray meets and that was not entered; where the ray enters
+/// a child is computed again when its turn comes. With that and the child kept for each of them, the stack would take
+/// 17 KB.
 #[cold]
 #[inline(never)]
 fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
     let ray = RaySpan::new(query.ray());
-    let mut stack = ArrayVec::<(Step, Span), { STACK * LANES }>::new();
-    let mut next = Some((tree.root(), ray.whole()));
-    while let Some((step, span)) = next.or_else(|| stack.pop()) {
-        next = None;
-        if span.from > query.last() {
-            continue;
-        }
+    let mut stack = ArrayVec::<(u32, u32), STACK>::new();
+    let mut step = tree.root();
+    loop {
         query.enter();
         if step.link & LEAF != 0 {
             if tree.decide_leaf(step, query).is_break() {
                 return;
             }
-            continue;
+        } else {
+            let mut met = 0;
+            tree.for_each_child(step.link, |lane, _, bounds| {
+                met |= u32::from(!ray.clip(&bounds, ray.whole()).is_empty()) << lane;
+            });
+            let pushed = stack.try_push((step.link, met)).is_ok();
+            debug_assert!(pushed, "validation bounds the depth");
         }
-        tree.for_each_child(step.link, |child, bounds| {
-            let span = ray.clip(&bounds, span);
-            if !span.is_empty() {
-                let pushed = stack.try_push((child, span)).is_ok();
-                debug_assert!(pushed, "validation bounds the depth");
+        step = loop {
+            let Some((link, waiting)) = stack.last_mut() else { return };
+            let Some(lane) = waiting.checked_ilog2() else {
+                stack.pop();
+                continue;
+            };
+            *waiting ^= 1 << lane;
+            if let Some((child, bounds)) = child_of(tree, *link, lane as usize)
+                && ray.clip(&bounds, ray.whole()).from <= query.last()
+            {
+                break child;
             }
-        });
+        };
     }
+}
+
+fn child_of<T: Tree>(tree: T, link: u32, lane: usize) -> Option<(Step, Aabb)> {
+    let mut found = None;
+    tree.for_each_child(link, |at, child, bounds| {
+        if at == lane {
+            found = Some((child, bounds));
+        }
+    });
+    found
 }

@@ -6,6 +6,8 @@
 #![no_std]
 
 pub mod cost;
+#[cfg(target_arch = "arm")]
+pub mod stack;
 
 use core::fmt::{self, Write};
 use core::ptr::addr_of_mut;
