@@ -8,7 +8,7 @@ use core::ops::ControlFlow;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::geometry::kernel::{self, Intersection, Verdict, meet};
+use crate::geometry::kernel::{self, Intersection, Meeting, Verdict, meet, meet_exactly};
 use crate::geometry::{Ray, Triangle, last_parameter};
 
 /// The place of a triangle in the scene it was built from.
@@ -144,6 +144,20 @@ pub trait Query {
     }
 }
 
+/// The hit up to `t_max` of what a filter has left in doubt.
+#[inline]
+fn decided<'p>(
+    ray: &'p Ray,
+    triangle: &'p Triangle,
+    verdict: &Verdict,
+    t_max: f32,
+) -> Option<Meeting<'p>> {
+    match verdict {
+        Verdict::Doubtful(volumes) => meet_exactly(ray, triangle, volumes, ray.t_min(), t_max),
+        _ => meet(ray, triangle, ray.t_min(), t_max),
+    }
+}
+
 /// The closest hit.
 pub(crate) struct Closest<'r, C> {
     ray: &'r Ray,
@@ -189,10 +203,10 @@ impl<C: Count> Query for Closest<'_, C> {
         let Hit { triangle: best, t: last, .. } = self.hit;
         let Intersection { t, u, v } = match verdict {
             Verdict::Hit(found) if found.t < last || id < best => found,
-            Verdict::InDoubt => {
+            Verdict::InDoubt | Verdict::Doubtful(_) => {
                 // Of a higher id, a hit as far away changes nothing: around a corner, most need not be decided.
                 let t_max = if id < best { last } else { last.next_down() };
-                match meet(self.ray, triangle, self.ray.t_min(), t_max) {
+                match decided(self.ray, triangle, &verdict, t_max) {
                     Some(meeting) => meeting.intersection(),
                     None => return ControlFlow::Continue(()),
                 }
@@ -253,7 +267,7 @@ impl<C: Count> Query for Occluded<'_, C> {
         self.found = match verdict {
             Verdict::Missed => false,
             Verdict::Hit(_) => true,
-            Verdict::InDoubt => meet(ray, triangle, ray.t_min(), ray.t_max()).is_some(),
+            _ => decided(ray, triangle, &verdict, ray.t_max()).is_some(),
         };
         if self.found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -327,7 +341,7 @@ impl<C: Count> Query for All<'_, '_, C> {
         let found = match verdict {
             Verdict::Missed => None,
             Verdict::Hit(found) => Some(found),
-            Verdict::InDoubt => meet(self.ray, triangle, self.ray.t_min(), self.t_max)
+            _ => decided(self.ray, triangle, &verdict, self.t_max)
                 .map(|meeting| meeting.intersection()),
         };
         if let Some(Intersection { t, u, v }) = found {

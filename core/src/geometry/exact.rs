@@ -7,24 +7,32 @@
 //! ```
 //!
 //! They are those of the kernel, because `e1 = b - a`, `e2 = c - a` and `a x a = 0`; and `det`, the sum of the last three,
-//! does not depend on the origin. Signs are decided in whole numbers where coordinates allow that ([`Lattice`]), and
-//! otherwise, like quotients that lie between two `f32`, by [`LongSum`]: the differences are multiplied out, a product
+//! does not depend on the origin. Signs are decided in two coordinates for a direction along an axis
+//! ([`Planar`]), in whole numbers where coordinates allow that ([`Lattice`]), and otherwise, like quotients that lie between two `f32`, by [`LongSum`]: the differences are multiplied out, a product
 //! that has the origin twice is 0, and what is left are the triple products below, of `f32` as they were given.
 
 use super::lattice::Lattice;
 use super::long_sum::{Factor, LongSum};
+use super::planar::Planar;
 use super::{Ray, Triangle};
 
-/// A volume: what is divided by `det` to give `t` or the weight of a corner.
+/// A volume: what is divided by `det` to give `t` or a weight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Volume {
     /// `det t`
     T,
-    /// `det u`
+    /// `det` times a weight
+    Of(Weight),
+}
+
+/// A weight of a corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Weight {
+    /// Of corner `b`.
     U,
-    /// `det v`
+    /// Of corner `c`.
     V,
-    /// `det w`, the weight of corner `a`
+    /// Of corner `a`.
     W,
 }
 
@@ -59,40 +67,68 @@ impl Pair<'_> {
         same(o.x, a.x, b.x, c.x) || same(o.y, a.y, b.y, c.y) || same(o.z, a.z, b.z, c.z)
     }
 
-    /// What decides signs.
+    /// What decides the signs of weights.
     pub fn signs(self) -> Signs {
         let Self { ray, triangle } = self;
-        Lattice::new(ray, triangle).map_or(Signs::Long(Long::new(ray, triangle)), Signs::Lattice)
+        if let Some(planar) = Planar::new(&self) {
+            return Signs::Planar(planar);
+        }
+        Lattice::new(ray, triangle).map_or(Signs::Long(Long::new(self)), Signs::Lattice)
     }
 
-    /// The `f32` nearest to the exact quotient of a volume and `det`, ties to even; never -0.0.
+    /// The `f32` nearest to the exact quotient of a volume and `det`, ties to even, never -0.0; of which is known, if
+    /// they are numbers, between which two `f32` it lies.
     #[cold]
     #[inline(never)]
-    pub fn round(self, volume: Volume, det_sign: i32) -> f32 {
-        let Self { ray, triangle } = self;
-        if volume == Volume::T && self.begins_on_flat() {
+    pub fn round(self, volume: Volume, det_sign: i32, low: f32, high: f32) -> f32 {
+        let may_be_zero = !(low > 0.0 || high < 0.0);
+        if may_be_zero && volume == Volume::T && self.begins_on_flat() {
             return 0.0;
         }
-        if Lattice::new(ray, triangle).is_some_and(|lattice| lattice.sign(volume) == 0) {
+        let lattice = Lattice::new(self.ray, self.triangle);
+        if may_be_zero && lattice.as_ref().is_some_and(|lattice| lattice.sign(volume) == 0) {
             return 0.0;
         }
-        Long::new(ray, triangle).round(volume, det_sign)
+        let long = Long::new(self);
+        if high != low.next_up() {
+            return long.round(volume, det_sign);
+        }
+        let boundary = (f64::from(low) + f64::from(high)) * 0.5;
+        let side = lattice.filter(|_| volume == Volume::T);
+        let side = side.and_then(|lattice| lattice.side_of_t(boundary));
+        let side = side.unwrap_or_else(|| long.minus(volume, Some(boundary)).sign());
+        nearest(side * det_sign, low, boundary, high)
     }
 }
 
-/// What decides the sign of a volume.
+/// Of two neighbours, the one that is nearest to what lies on a side of the boundary half-way between them.
+fn nearest(side: i32, low: f32, boundary: f64, high: f32) -> f32 {
+    let nearest = match side {
+        0 => boundary as f32, // the conversion rounds ties to even
+        1.. => high,
+        _ => low,
+    };
+    nearest + 0.0
+}
+
+/// What decides the sign of a weight.
 pub(super) enum Signs {
+    /// In two coordinates.
+    Planar(Planar),
+    /// In whole numbers.
     Lattice(Lattice),
+    /// By long sums.
     Long(Long),
 }
 
 impl Signs {
-    /// The sign of a volume: -1, 0 or 1.
+    /// The sign of a weight: -1, 0 or 1.
     #[inline(never)]
-    pub fn of(&self, volume: Volume) -> i32 {
+    pub fn of(&self, weight: Weight) -> i32 {
         match self {
-            Self::Lattice(lattice) => lattice.sign(volume),
-            Self::Long(long) => long.minus(volume, None).sign(),
+            Self::Planar(planar) => planar.sign(weight),
+            Self::Lattice(lattice) => lattice.sign(Volume::Of(weight)),
+            Self::Long(long) => long.minus(Volume::Of(weight), None).sign(),
         }
     }
 }
@@ -110,7 +146,7 @@ pub(super) struct Long {
 const BEYOND_MAX: f64 = 340_282_356_779_733_661_637_539_395_458_142_568_448.0; // 2^128 - 2^103
 
 impl Long {
-    fn new(ray: &Ray, &Triangle { a, b, c }: &Triangle) -> Self {
+    fn new(Pair { ray, triangle: &Triangle { a, b, c } }: Pair<'_>) -> Self {
         let [direction, origin] = [ray.direction(), ray.origin()].map(|v| v.to_array());
         Self { direction, origin, a: a.to_array(), b: b.to_array(), c: c.to_array() }
     }
@@ -127,9 +163,9 @@ impl Long {
             sum.add_triple(-Factor::ONE, p, o, r);
         };
         match volume {
-            Volume::U => seen(d, c, a),
-            Volume::V => seen(d, a, b),
-            Volume::W => seen(d, b, c),
+            Volume::Of(Weight::U) => seen(d, c, a),
+            Volume::Of(Weight::V) => seen(d, a, b),
+            Volume::Of(Weight::W) => seen(d, b, c),
             Volume::T => {
                 seen(a, b, c);
                 sum.add_triple(-Factor::ONE, o, b, c);
@@ -164,12 +200,7 @@ impl Long {
             (true, false) => BEYOND_MAX,
             _ => -BEYOND_MAX,
         };
-        let nearest = match self.minus(volume, Some(boundary)).sign() * det_sign {
-            0 => boundary as f32, // the conversion rounds ties to even
-            1.. => high,
-            _ => low,
-        };
-        nearest + 0.0
+        nearest(self.minus(volume, Some(boundary)).sign() * det_sign, low, boundary, high)
     }
 
     fn quotient(&self, volume: Volume) -> f64 {

@@ -47,8 +47,9 @@
 
 use glam::Vec3;
 
-use super::exact::{Pair, Volume};
-use super::volumes::{Approximate, Divisor, Volumes};
+use super::exact::{Pair, Volume, Weight};
+use super::volumes::Divisor;
+pub use super::volumes::{Approximate, Volumes};
 use super::{Ray, Triangle};
 
 /// Where a ray meets a triangle: the point `origin + t * direction` is `A + u (B - A) + v (C - A)`.
@@ -88,8 +89,11 @@ pub enum Verdict {
     Missed,
     /// There surely is, and this is it.
     Hit(Intersection),
-    /// Who knows; [`meet`] does.
+    /// The filter cannot tell; [`meet`] can.
     InDoubt,
+    /// As `InDoubt`, of a filter that has computed the volumes, with the bounds of this module; [`meet_exactly`]
+    /// can tell.
+    Doubtful(Volumes),
 }
 
 /// A ray that hits a triangle; where in the triangle is found out when asked.
@@ -115,7 +119,7 @@ pub fn meet<'p>(
     }
     let volumes = Volumes::new(&pair);
     if !volumes.are_certain() {
-        return meet_exactly(pair, volumes, t_min, t_max);
+        return meet_exactly(ray, triangle, &volumes, t_min, t_max);
     }
     Meeting::new(pair, &volumes, volumes.hit_sign()?, t_min, t_max)
 }
@@ -123,15 +127,18 @@ pub fn meet<'p>(
 /// As [`meet`], where a weight may be 0; what needs no exact arithmetic is asked first.
 #[cold]
 #[inline(never)]
-fn meet_exactly<'p>(
-    pair: Pair<'p>,
-    mut volumes: Volumes,
+pub fn meet_exactly<'p>(
+    ray: &'p Ray,
+    triangle: &'p Triangle,
+    volumes: &Volumes,
     t_min: f32,
     t_max: f32,
 ) -> Option<Meeting<'p>> {
+    let (pair, mut volumes) = (Pair { ray, triangle }, *volumes);
     // 1. Opposite signs that are certain, or no area.
     let certain = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);
-    if certain.contains(&Some(-1)) && certain.contains(&Some(1)) || pair.has_equal_corners() {
+    let mixed = certain.contains(&Some(-1)) && certain.contains(&Some(1));
+    if mixed || pair.is_along_flat() || pair.has_equal_corners() {
         return None;
     }
     // 2. A plane that is crossed outside the interval.
@@ -143,11 +150,11 @@ fn meet_exactly<'p>(
     // 3. The signs that are left.
     let signs = pair.signs();
     let mut of_hit = 0;
-    for (volume, certain) in [Volume::U, Volume::V, Volume::W].into_iter().zip(certain) {
-        let sign = certain.unwrap_or_else(|| signs.of(volume));
-        match volume {
-            Volume::U if sign == 0 => volumes.u = Approximate::ZERO,
-            Volume::V if sign == 0 => volumes.v = Approximate::ZERO,
+    for (weight, certain) in [Weight::U, Weight::V, Weight::W].into_iter().zip(certain) {
+        let sign = certain.unwrap_or_else(|| signs.of(weight));
+        match weight {
+            Weight::U if sign == 0 => volumes.u = Approximate::ZERO,
+            Weight::V if sign == 0 => volumes.v = Approximate::ZERO,
             _ => {}
         }
         if sign * of_hit < 0 {
@@ -191,8 +198,8 @@ impl<'p> Meeting<'p> {
     #[inline]
     pub fn intersection(&self) -> Intersection {
         let (pair, det) = (&self.pair, &self.det);
-        let u = det.quotient(self.u).round(pair, Volume::U);
-        let v = det.quotient(self.v).round(pair, Volume::V);
+        let u = det.quotient(self.u).round(pair, Volume::Of(Weight::U));
+        let v = det.quotient(self.v).round(pair, Volume::Of(Weight::V));
         Intersection { t: self.t, u, v: clamped(u, v) }
     }
 }

@@ -18,7 +18,7 @@
 //! - Expansions for the same signs: 20 to 40 times the instructions, because each sum of terms is a loop of
 //!   branches; and 6 KB of stack.
 
-use super::exact::Volume;
+use super::exact::{Volume, Weight};
 use super::{Ray, Triangle};
 
 /// Three coordinates or components.
@@ -30,6 +30,9 @@ pub(super) struct Lattice {
     a: Vector,
     b: Vector,
     c: Vector,
+    /// What powers of two the components and the coordinates are multiples of.
+    direction_exponent: i32,
+    point_exponent: i32,
 }
 
 impl Lattice {
@@ -38,27 +41,54 @@ impl Lattice {
         let [ox, oy, oz] = ray.origin().to_array();
         let ([ax, ay, az], [bx, by, bz]) = (triangle.a.to_array(), triangle.b.to_array());
         let [cx, cy, cz] = triangle.c.to_array();
-        let points = whole([ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz])?;
+        let (points, point_exponent) = whole([ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz])?;
+        let (direction, direction_exponent) = whole(ray.direction().to_array())?;
         let [ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz] = points;
         let seen = |x: i64, y: i64, z: i64| [x - ox, y - oy, z - oz];
         Some(Self {
-            direction: whole(ray.direction().to_array())?,
+            direction,
             a: seen(ax, ay, az),
             b: seen(bx, by, bz),
             c: seen(cx, cy, cz),
+            direction_exponent,
+            point_exponent,
         })
     }
 
     /// The sign of a volume: -1, 0 or 1.
     pub fn sign(&self, volume: Volume) -> i32 {
-        let Self { direction, a, b, c } = self;
+        let Self { direction, a, b, c, .. } = self;
         let value = match volume {
             Volume::T => triple(a, b, c),
-            Volume::U => triple(direction, c, a),
-            Volume::V => triple(direction, a, b),
-            Volume::W => triple(direction, b, c),
+            Volume::Of(Weight::U) => triple(direction, c, a),
+            Volume::Of(Weight::V) => triple(direction, a, b),
+            Volume::Of(Weight::W) => triple(direction, b, c),
         };
         value.signum() as i32
+    }
+
+    /// The sign of `det t - m det = (a - m d) . (e1 x e2)`, for `m` half-way between two `f32`; `None` where the point at
+    /// `m` takes too many bits.
+    ///
+    /// Components without the zeros at their ends are multiplied by the 25 bits of `m`. Where that takes at most 60 bits
+    /// on the lattice of the points, or the points do on its own, `a - m d` is exact below 2^61; where it is below
+    /// 2^41, as differences are, the triple product fits.
+    pub fn side_of_t(&self, m: f64) -> Option<i32> {
+        const MOST_BITS: i32 = 60;
+        let Self { direction, a, b, c, .. } = self;
+        let (mantissa, exponent) = factored(m);
+        let zeros = direction.iter().fold(0, |bits, d| bits | d).trailing_zeros();
+        let step_bits = (FACTOR_BITS + BITS).saturating_sub(zeros) as i32;
+        let up = self.direction_exponent + zeros as i32 + exponent - self.point_exponent;
+        let (step_up, point_up) = (up.max(0), (-up).max(0));
+        if step_bits + step_up > MOST_BITS || BITS as i32 + 1 + point_up > MOST_BITS {
+            return None;
+        }
+        let minus = |p: &Vector, q: &Vector| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        let step = direction.map(|d| (mantissa * (d >> zeros)) << step_up);
+        let point = minus(&a.map(|a| a << point_up), &step);
+        let fits = point.iter().all(|p| p.unsigned_abs() >> (BITS + 1) == 0);
+        fits.then(|| triple(&point, &minus(b, a), &minus(c, a)).signum() as i32)
     }
 }
 
@@ -67,9 +97,9 @@ const BITS: u32 = 40;
 /// The bits of an `f32` that are kept, the highest of which is not stored.
 const MANTISSA_BITS: u32 = f32::MANTISSA_DIGITS;
 
-/// Some numbers divided by the power of two with which the largest takes [`BITS`]; `None` if one of them loses
-/// a bit.
-fn whole<const N: usize>(values: [f32; N]) -> Option<[i64; N]> {
+/// Some numbers divided by the power of two with which the largest takes [`BITS`], and its exponent; `None` if one
+/// of them loses a bit.
+fn whole<const N: usize>(values: [f32; N]) -> Option<([i64; N], i32)> {
     // The bits of numbers without a sign are in the order of the numbers.
     let largest = values.iter().fold(0, |largest, value| largest.max(value.abs().to_bits()));
     let top = (largest >> (MANTISSA_BITS - 1)).max(1);
@@ -82,7 +112,25 @@ fn whole<const N: usize>(values: [f32; N]) -> Option<[i64; N]> {
         lost |= shifted ^ whole << shift;
         if value < 0.0 { -(whole as i64) } else { whole as i64 }
     });
-    (lost == 0).then_some(whole)
+    (lost == 0).then_some((whole, top as i32 - 150 - (BITS - MANTISSA_BITS) as i32))
+}
+
+/// The bits of a number half-way between two `f32`.
+const FACTOR_BITS: u32 = 25;
+
+/// A number half-way between two `f32`, or one of them, as a whole number below 2^25 and the exponent of the power of
+/// two that it is multiplied by.
+pub(super) fn factored(value: f64) -> (i64, i32) {
+    let bits = value.abs().to_bits();
+    if bits == 0 {
+        return (0, 0);
+    }
+    let mantissa = bits & ((1 << 52) - 1) | 1 << 52;
+    let zeros = mantissa.trailing_zeros();
+    debug_assert!(53 - zeros <= FACTOR_BITS, "not half-way between two f32: {value}");
+    let whole = (mantissa >> zeros) as i64;
+    let exponent = (bits >> 52) as i32 + zeros as i32 - 1075;
+    (if value < 0.0 { -whole } else { whole }, exponent)
 }
 
 /// The mantissa and the biased exponent, at least 1, of a finite number: without its sign, it is the mantissa times
@@ -111,13 +159,28 @@ mod tests {
     #[test]
     fn whole_numbers_keep_every_bit_or_are_refused() {
         let far = 65_536.0 * f32::from_bits(1); // 16 places above the last
-        assert_eq!(whole([1.0, -0.5, 0.0]), Some([1 << 39, -(1 << 38), 0]));
-        assert_eq!(whole([1.0, 1.0 + f32::EPSILON]), Some([1 << 39, (1 << 39) + (1 << 16)]));
+        assert_eq!(whole([1.0, -0.5, 0.0]), Some(([1 << 39, -(1 << 38), 0], -39)));
+        assert_eq!(whole([1.0, 1.0 + f32::EPSILON]), Some(([1 << 39, (1 << 39) + (1 << 16)], -39)));
         assert_eq!(whole([1.0, 9.094_947e-13]), None); // 2^-40
-        assert_eq!(whole([1.0, 1.818_989_4e-12]), Some([1 << 39, 1])); // 2^-39
-        assert_eq!(whole([far, f32::from_bits(1)]), Some([1 << 32, 1 << 16]));
-        assert_eq!(whole([f32::MAX, -f32::MAX]).map(|[a, b]| a + b), Some(0));
+        assert_eq!(whole([1.0, 1.818_989_4e-12]), Some(([1 << 39, 1], -39))); // 2^-39
+        assert_eq!(whole([far, f32::from_bits(1)]), Some(([1 << 32, 1 << 16], -165)));
+        assert_eq!(whole([f32::MAX, -f32::MAX]).map(|([a, b], _)| a + b), Some(0));
         assert_eq!(whole([f32::MAX, f32::from_bits(1)]), None);
+    }
+
+    #[test]
+    fn the_side_of_a_tie_is_that_of_the_exact_quotient() {
+        // t is 2^24 + 1, half-way between two f32.
+        let ray = Ray::new(Vec3::new(0.0, 0.0, -1.0), Vec3::Z).expect("a valid ray");
+        let height = 16_777_216.0;
+        let corner = |x: f32, y: f32, z: f32| Vec3::new(x, y, height + z);
+        let side = |z: f32, m: f64| {
+            let triangle =
+                Triangle::new(corner(-1.0, -1.0, z), corner(1.0, -1.0, z), corner(0.0, 2.0, z));
+            Lattice::new(&ray, &triangle).and_then(|lattice| lattice.side_of_t(m))
+        };
+        let m = f64::from(height) + 1.0;
+        assert_eq!([side(0.0, m), side(2.0, m), side(-1.0, m)], [Some(0), Some(1), Some(-1)]);
     }
 
     /// What grid lines meet: a step that is no power of two, any heights, an origin far above.
@@ -130,8 +193,9 @@ mod tests {
             let origin = Vec3::new(line(i), 50.0, line(i));
             let ray = Ray::new(origin, Vec3::NEG_Y).expect("a valid ray");
             let lattice = Lattice::new(&ray, &triangle).expect("close together");
-            assert_eq!([Volume::U, Volume::V].map(|volume| lattice.sign(volume)), [0, 0]);
-            assert_ne!(lattice.sign(Volume::W), 0);
+            let weights = [Weight::U, Weight::V, Weight::W].map(Volume::Of);
+            let [u, v, w] = weights.map(|weight| lattice.sign(weight));
+            assert!(u == 0 && v == 0 && w != 0);
         }
     }
 
@@ -146,7 +210,8 @@ mod tests {
             Vec3::new(most, -most, most),
         );
         let lattice = Lattice::new(&ray, &triangle).expect("one exponent");
-        let signs = [Volume::T, Volume::U, Volume::V, Volume::W].map(|volume| lattice.sign(volume));
-        assert_eq!(signs, [1, -1, 1, -1]);
+        let weights = [Weight::U, Weight::V, Weight::W].map(Volume::Of);
+        assert_eq!(weights.map(|weight| lattice.sign(weight)), [-1, 1, -1]);
+        assert_eq!(lattice.sign(Volume::T), 1);
     }
 }

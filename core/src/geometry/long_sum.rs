@@ -17,7 +17,7 @@
 
 use core::ops::Neg;
 
-use super::lattice::decoded;
+use super::lattice::{decoded, factored};
 
 /// The exponent of the lowest bit of a sum.
 const LOWEST: i32 = -597;
@@ -49,14 +49,13 @@ impl Factor {
 
     /// The factor of a value.
     pub fn of(value: f64) -> Self {
-        let bits = value.abs().to_bits();
-        let mantissa = bits & ((1 << 52) - 1) | 1 << 52;
-        let zeros = mantissa.trailing_zeros();
-        // value = mantissa * 2^(exponent - 1075)
-        let place = ((bits >> 52) as u32 + zeros).checked_sub(1075 - 150);
-        debug_assert!(53 - zeros <= 25 && place.is_some() || value == 0.0, "no factor: {value}");
-        let mantissa = if value == 0.0 { 0 } else { mantissa >> zeros };
-        Self(Number { mantissa, place: place.unwrap_or(0), negative: value < 0.0 })
+        let (whole, exponent) = factored(value);
+        debug_assert!(exponent >= -150, "no factor: {value}");
+        Self(Number {
+            mantissa: whole.unsigned_abs(),
+            place: (exponent + 150).max(0) as u32,
+            negative: whole < 0,
+        })
     }
 }
 

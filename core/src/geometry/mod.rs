@@ -1,7 +1,7 @@
 //! Values without policy: rays, boxes, triangles, and the exact test between a ray and a triangle.
 //!
 //! ```text
-//! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Lattice -> LongSum
+//! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Planar, Lattice, LongSum
 //!                      +-- RaySpan (clip, plane) --- conservative slabs for the indices
 //! ```
 //!
@@ -15,6 +15,7 @@ pub mod kernel;
 mod lattice;
 mod long_sum;
 mod overlap;
+mod planar;
 mod ray;
 mod span;
 mod triangle;

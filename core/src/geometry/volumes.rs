@@ -23,14 +23,16 @@ fn largest64(v: V3) -> f64 {
 
 /// A computed value and a bound on its distance from the exact one.
 #[derive(Clone, Copy)]
-pub(super) struct Approximate {
-    value: f64,
-    error: f64,
+pub struct Approximate {
+    /// The computed value.
+    pub value: f64,
+    /// How far from it the exact one may be.
+    pub error: f64,
 }
 
 impl Approximate {
     /// Exactly 0.
-    pub const ZERO: Self = Self { value: 0.0, error: 0.0 };
+    pub(super) const ZERO: Self = Self { value: 0.0, error: 0.0 };
 
     /// Tells whether the exact value has the same sign, and is not 0.
     #[inline]
@@ -39,23 +41,29 @@ impl Approximate {
     }
 
     /// The sign of the exact value where that is certain, and not 0.
-    pub fn certain_sign(self) -> Option<i32> {
+    pub(super) fn certain_sign(self) -> Option<i32> {
         self.is_certain().then_some(if self.value < 0.0 { -1 } else { 1 })
     }
 }
 
 /// The volumes of one ray and one triangle in `f64`.
-pub(super) struct Volumes {
+#[derive(Clone, Copy)]
+pub struct Volumes {
+    /// `det t`
     pub t: Approximate,
+    /// `det u`
     pub u: Approximate,
+    /// `det v`
     pub v: Approximate,
+    /// `det w`
     pub w: Approximate,
+    /// What they are divided by.
     pub det: Approximate,
 }
 
 impl Volumes {
     #[inline]
-    pub fn new(&Pair { ray, triangle }: &Pair<'_>) -> Self {
+    pub(super) fn new(&Pair { ray, triangle }: &Pair<'_>) -> Self {
         const R: f64 = f64::EPSILON / 2.0;
         let wide = |v: Vec3| [f64::from(v.x), f64::from(v.y), f64::from(v.z)];
         let minus = |p: V3, q: V3| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
@@ -90,14 +98,14 @@ impl Volumes {
 
     /// Tells whether the signs of the three weights are certain, and none is 0.
     #[inline]
-    pub fn are_certain(&self) -> bool {
+    pub(super) fn are_certain(&self) -> bool {
         let Self { u, v, w, .. } = self;
         u.is_certain() && v.is_certain() && w.is_certain()
     }
 
     /// The sign of `det` if the line meets the closed triangle, where the weights are certain.
     #[inline]
-    pub fn hit_sign(&self) -> Option<i32> {
+    pub(super) fn hit_sign(&self) -> Option<i32> {
         let Self { u, v, w, .. } = self;
         let negative = w.value < 0.0;
         let same = (u.value < 0.0) == negative && (v.value < 0.0) == negative;
@@ -155,6 +163,7 @@ impl Bracket {
     /// The nearest `f32`, ties to even; never -0.0.
     #[inline]
     pub fn round(&self, pair: &Pair<'_>, volume: Volume) -> f32 {
-        if self.low == self.high { self.low + 0.0 } else { pair.round(volume, self.det_sign) }
+        let Self { low, high, det_sign } = *self;
+        if low == high { low + 0.0 } else { pair.round(volume, det_sign, low, high) }
     }
 }

@@ -44,13 +44,20 @@ impl<F: Form> Tree for Packed<'_, F> {
         self.words.get(1).map_or(0.0, |&bits| f32::from_bits(bits))
     }
 
-    fn for_each_child(self, link: u32, mut show: impl FnMut(usize, Step, Aabb)) {
-        let Some((node, _)) = F::node_at(self.words, link) else { return };
+    fn for_each_child(
+        self,
+        link: u32,
+        mut show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Some((node, _)) = F::node_at(self.words, link) else {
+            return ControlFlow::Continue(());
+        };
         for (lane, &link) in node.links.iter().enumerate() {
             if link != EMPTY {
-                show(lane, Step { link, edge: 0 }, node.bounds(lane));
+                show(lane, Step { link, edge: 0 }, node.bounds(lane))?;
             }
         }
+        ControlFlow::Continue(())
     }
 
     fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {

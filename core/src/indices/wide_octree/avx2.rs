@@ -23,7 +23,7 @@ use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDE
 use super::leaf::Leaf;
 use super::walk::{InLanes, walk_each_in_lanes, walk_in_lanes};
 use super::{LANES, NODE_ROWS, Node, ROW_MASK, Row};
-use crate::geometry::kernel::{Intersection, Verdict, clamped};
+use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamped};
 use crate::query::Query;
 use crate::{Triangle, Vec3};
 
@@ -299,7 +299,6 @@ fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32
 fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
     const R: f64 = f64::EPSILON / 2.0;
     const DET_U_V: i32 = 0b1101;
-    const U_V: i32 = 0b1100;
     let wide = |four: [f32; 4]| _mm256_cvtps_pd(bytemuck::must_cast(four));
     let corner = |corner: Vec3| _mm256_cvtps_pd(_mm_set_ps(0.0, corner.z, corner.y, corner.x));
     let all = |x: f64| _mm256_set1_pd(x);
@@ -351,12 +350,19 @@ fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
     let w = det - u - v;
     let w_error = 64.0 * R * f64::from(ray.reach) * edge * (edge + 2.0 * size);
     if certain & DET_U_V != DET_U_V || w.abs() <= w_error {
-        // A weight may be 0. Opposite signs of the others, or no extent at all, are enough even so.
-        let of_w = if w.abs() > w_error { 1 << 4 } else { 0 };
-        let negative = if w < 0.0 { signs | of_w } else { signs };
-        let weights = certain & U_V | of_w;
-        let mixed = weights & negative != 0 && weights & !negative != 0;
-        return if mixed || edge == 0.0 { Verdict::Missed } else { Verdict::InDoubt };
+        if edge == 0.0 {
+            return Verdict::Missed;
+        }
+        let errors: [f64; 4] = bytemuck::must_cast(errors);
+        let values: [f64; 4] = bytemuck::must_cast(values);
+        let volume = |lane: usize| Approximate { value: values[lane], error: errors[lane] };
+        return Verdict::Doubtful(Volumes {
+            det: volume(0),
+            t: volume(1),
+            u: volume(2),
+            v: volume(3),
+            w: Approximate { value: w, error: w_error },
+        });
     }
     if !(signs == 0 && w > 0.0 || signs == DET_U_V && w < 0.0) {
         return Verdict::Missed;

@@ -40,16 +40,21 @@ impl Tree for WideTree<'_> {
         self.largest
     }
 
-    fn for_each_child(self, link: u32, mut show: impl FnMut(usize, Step, Aabb)) {
-        let Some(node) = node_at(self.rows, link) else { return };
+    fn for_each_child(
+        self,
+        link: u32,
+        mut show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Some(node) = node_at(self.rows, link) else { return ControlFlow::Continue(()) };
         for (lane, (&link, &edge)) in node[LINKS_ROW].iter().zip(&node[EDGES_ROW]).enumerate() {
             let number = |row: usize| f32::from_bits(node[row][lane]);
             let lo = Vec3::new(number(0), number(2), number(4));
             let hi = Vec3::new(number(1), number(3), number(5));
             if link != EMPTY {
-                show(lane, Step { link, edge }, Aabb::new(lo, hi));
+                show(lane, Step { link, edge }, Aabb::new(lo, hi))?;
             }
         }
+        ControlFlow::Continue(())
     }
 
     fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {

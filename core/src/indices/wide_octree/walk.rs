@@ -21,8 +21,12 @@ pub(in crate::indices) trait Tree: Copy {
     /// The largest coordinate of any triangle.
     fn largest(self) -> f32;
 
-    /// Shows the children of a node, and in which lanes they are.
-    fn for_each_child(self, link: u32, show: impl FnMut(usize, Step, Aabb));
+    /// Shows the children of a node, and in which lanes they are, until one is enough.
+    fn for_each_child(
+        self,
+        link: u32,
+        show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
 
     /// Shows the triangles of a leaf, and counts them.
     fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()>;
@@ -299,12 +303,10 @@ fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
 #[inline(never)]
 fn is_root_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
     let Step { link, .. } = tree.root();
-    if link & LEAF != 0 {
-        return false;
-    }
-    let mut all = Aabb::EMPTY;
-    tree.for_each_child(link, |_, _, bounds| all = all.union(bounds));
-    all.is_along(ray)
+    let flat = |_, _, bounds: Aabb| {
+        if bounds.is_along(ray) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    link & LEAF == 0 && tree.for_each_child(link, flat).is_continue()
 }
 
 /// For rays beyond what `lanes` can bound: box by box, triangle by triangle, the child in the last lane first.
@@ -326,9 +328,11 @@ fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
             }
         } else {
             let mut met = 0;
-            tree.for_each_child(step.link, |lane, _, bounds| {
-                met |= u32::from(!ray.clip(&bounds, ray.whole()).is_empty()) << lane;
-            });
+            let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
+                tree.for_each_child(step.link, |lane, _, bounds| {
+                    met |= u32::from(!ray.clip(&bounds, ray.whole()).is_empty()) << lane;
+                    ControlFlow::Continue(())
+                });
             let pushed = stack.try_push((step.link, met)).is_ok();
             debug_assert!(pushed, "validation bounds the depth");
         }
@@ -350,10 +354,9 @@ fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
 
 fn child_of<T: Tree>(tree: T, link: u32, lane: usize) -> Option<(Step, Aabb)> {
     let mut found = None;
-    tree.for_each_child(link, |at, child, bounds| {
-        if at == lane {
-            found = Some((child, bounds));
-        }
+    let search = tree.for_each_child(link, |at, child, bounds| {
+        found = Some((child, bounds));
+        if at == lane { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
-    found
+    found.filter(|_| search.is_break())
 }
