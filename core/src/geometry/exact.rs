@@ -44,14 +44,10 @@ pub(super) struct Pair<'p> {
 }
 
 impl Pair<'_> {
-    /// Tells whether the ray runs along the plane of the triangle because both have no extent on an axis. Then
-    /// `det = d . n` is 0: the normal `n` lies along that axis, on which `d` is 0.
+    /// See [`Triangle::is_along`].
     #[inline]
     pub fn is_along_flat(&self) -> bool {
-        let (d, Triangle { a, b, c }) = (self.ray.direction(), self.triangle);
-        d.x == 0.0 && a.x == b.x && a.x == c.x
-            || d.y == 0.0 && a.y == b.y && a.y == c.y
-            || d.z == 0.0 && a.z == b.z && a.z == c.z
+        self.triangle.is_along(self.ray.direction())
     }
 
     /// Tells whether two corners are one point, so that the triangle has no area.

@@ -19,12 +19,13 @@
 //! 2. An `f64` filter.
 //! 3. Where a weight is still in doubt: two others of opposite signs, two corners that are one point, a plane
 //!    that is surely crossed outside the interval. None of these needs more digits.
-//! 4. What is left is mostly a weight of exactly 0, at an edge or a corner, or a ray in the plane: in whole
-//!    numbers of 128 bits, where coordinates allow that (`lattice`).
+//! 4. What is left is mostly a weight of exactly 0, at an edge or a corner, or a ray in the plane: for a direction along
+//!    an axis in two coordinates (`planar`), else in whole numbers of 128 bits, where coordinates allow that (`lattice`).
 //! 5. For the rest, fixed-point numbers long enough for any coordinates (`long_sum`).
 //!
-//! Each filter compares a value with a bound on its own error; the last two round nothing. Before any of them, a ray and
-//! a triangle that both have no extent on some axis are parallel, which is seen by comparing.
+//! Each filter compares a value with a bound on its own error; the last two stages round nothing, or know the error
+//! exactly. Before the `f64` filter, a ray and a triangle that both have no extent on some axis are parallel, which is
+//! seen by comparing.
 //!
 //! # The error bounds
 //! Let `r` be half an ulp of 1 (2^-24 or 2^-53), `D`, `E`, `S` the largest components of `d`, of `e1`
@@ -134,38 +135,36 @@ pub fn meet_exactly<'p>(
     t_min: f32,
     t_max: f32,
 ) -> Option<Meeting<'p>> {
-    let (pair, mut volumes) = (Pair { ray, triangle }, *volumes);
+    let pair = Pair { ray, triangle };
     // 1. Opposite signs that are certain, or no area.
-    let certain = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);
-    let mixed = certain.contains(&Some(-1)) && certain.contains(&Some(1));
+    let [u, v, w] = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);
+    let mixed = (u > 0 || v > 0 || w > 0) && (u < 0 || v < 0 || w < 0);
     if mixed || pair.is_along_flat() || pair.has_equal_corners() {
         return None;
     }
     // 2. A plane that is crossed outside the interval.
-    if let Some(sign) = volumes.det.certain_sign()
-        && Divisor::new(volumes.det, sign).quotient(volumes.t).is_outside(t_min, t_max)
+    let det_sign = volumes.det.certain_sign();
+    if det_sign != 0
+        && Divisor::new(volumes.det, det_sign).quotient(volumes.t).is_outside(t_min, t_max)
     {
         return None;
     }
     // 3. The signs that are left.
     let signs = pair.signs();
-    let mut of_hit = 0;
-    for (weight, certain) in [Weight::U, Weight::V, Weight::W].into_iter().zip(certain) {
-        let sign = certain.unwrap_or_else(|| signs.of(weight));
-        match weight {
-            Weight::U if sign == 0 => volumes.u = Approximate::ZERO,
-            Weight::V if sign == 0 => volumes.v = Approximate::ZERO,
-            _ => {}
-        }
-        if sign * of_hit < 0 {
-            return None;
-        }
-        // No two are opposite, so any that is not zero has the sign of their sum, det.
-        if sign != 0 {
-            of_hit = sign;
-        }
+    let of = |certain: i32, weight| if certain != 0 { certain } else { signs.of(weight) };
+    let (u, v) = (of(u, Weight::U), of(v, Weight::V));
+    if u * v < 0 {
+        return None;
     }
-    if of_hit == 0 { None } else { Meeting::new(pair, &volumes, of_hit, t_min, t_max) }
+    let w = of(w, Weight::W);
+    if u * w < 0 || v * w < 0 {
+        return None;
+    }
+    // No two are opposite, so any that is not zero has the sign of their sum, det.
+    let of_hit = [u, v, w].into_iter().find(|&sign| sign != 0)?;
+    let known = |sign: i32, volume| if sign == 0 { Approximate::ZERO } else { volume };
+    let volumes = Volumes { u: known(u, volumes.u), v: known(v, volumes.v), ..*volumes };
+    Meeting::new(pair, &volumes, of_hit, t_min, t_max)
 }
 
 impl<'p> Meeting<'p> {

@@ -15,8 +15,8 @@
 //! a component below 2^41: below 6 * 2^123 < 2^126, and `i128` holds 2^127.
 //!
 //! # Measured
-//! - Expansions for the same signs: 20 to 40 times the instructions, because each sum of terms is a loop of
-//!   branches; and 6 KB of stack.
+//! - Expansions for the same signs, and for ties: a ray through a vertex of a height field took 60,000 instructions
+//!   instead of 4,000 (callgrind, wide octree), because each sum of terms is a loop of branches; and 6 KB of stack.
 
 use super::exact::{Volume, Weight};
 use super::{Ray, Triangle};

@@ -13,8 +13,10 @@
 //! # Source
 //! J. R. Shewchuk 1997: TWO-DIFF, SPLIT, TWO-PRODUCT; without fused multiply-add, which is slow where it is emulated.
 
+use glam::Vec3;
+
+use super::Triangle;
 use super::exact::{Pair, Weight};
-use crate::Vec3;
 
 type Point = [f64; 2];
 
@@ -28,28 +30,31 @@ pub(super) struct Planar {
 
 impl Planar {
     /// `None` for a direction along no axis, or where `f64` does not hold a difference.
-    pub fn new(&Pair { ray, triangle }: &Pair<'_>) -> Option<Self> {
-        let d = ray.direction();
-        let along = d.cmpne(Vec3::ZERO).bitmask();
-        let (length, first, second): (_, fn(Vec3) -> f32, fn(Vec3) -> f32) = match along {
-            0b001 => (d.x, |p| p.y, |p| p.z),
-            0b010 => (d.y, |p| p.z, |p| p.x),
-            0b100 => (d.z, |p| p.x, |p| p.y),
-            _ => return None,
+    #[inline]
+    pub fn new(pair: &Pair<'_>) -> Option<Self> {
+        let d = pair.ray.direction();
+        match d.cmpne(Vec3::ZERO).bitmask() {
+            0b001 => Self::seen(pair, d.x, |p| [p.y, p.z]),
+            0b010 => Self::seen(pair, d.y, |p| [p.z, p.x]),
+            0b100 => Self::seen(pair, d.z, |p| [p.x, p.y]),
+            _ => None,
+        }
+    }
+
+    #[inline]
+    fn seen(pair: &Pair<'_>, along: f32, across: impl Fn(Vec3) -> [f32; 2]) -> Option<Self> {
+        let [first, second] = across(pair.ray.origin());
+        let seen = |corner: Vec3| {
+            let [p, q] = across(corner);
+            Some([difference(p, first)?, difference(q, second)?])
         };
-        let origin = ray.origin();
-        let seen = |p: Vec3| {
-            Some([difference(first(p), first(origin))?, difference(second(p), second(origin))?])
-        };
-        Some(Self {
-            direction_sign: if length < 0.0 { -1 } else { 1 },
-            a: seen(triangle.a)?,
-            b: seen(triangle.b)?,
-            c: seen(triangle.c)?,
-        })
+        let Triangle { a, b, c } = *pair.triangle;
+        let direction_sign = if along < 0.0 { -1 } else { 1 };
+        Some(Self { direction_sign, a: seen(a)?, b: seen(b)?, c: seen(c)? })
     }
 
     /// The sign of the weight of a corner.
+    #[inline]
     pub fn sign(&self, weight: Weight) -> i32 {
         let Self { direction_sign, a, b, c } = self;
         let minor = match weight {

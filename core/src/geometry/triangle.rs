@@ -32,6 +32,16 @@ impl Triangle {
         self.a.is_finite() && self.b.is_finite() && self.c.is_finite()
     }
 
+    /// Tells whether the triangle has no extent on an axis on which a direction has none. Then a ray runs along its
+    /// plane, and never hits it: the normal lies along that axis, so `det` is 0.
+    #[inline]
+    pub(crate) fn is_along(&self, direction: Vec3) -> bool {
+        let (Self { a, b, c }, d) = (self, direction);
+        d.x == 0.0 && a.x == b.x && a.x == c.x
+            || d.y == 0.0 && a.y == b.y && a.y == c.y
+            || d.z == 0.0 && a.z == b.z && a.z == c.z
+    }
+
     /// The smallest box that holds the triangle. Exact: minima and maxima of given coordinates.
     pub fn bounds(&self) -> Aabb {
         Aabb::EMPTY.with_point(self.a).with_point(self.b).with_point(self.c)

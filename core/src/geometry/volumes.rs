@@ -40,9 +40,10 @@ impl Approximate {
         self.value.abs() > self.error
     }
 
-    /// The sign of the exact value where that is certain, and not 0.
-    pub(super) fn certain_sign(self) -> Option<i32> {
-        self.is_certain().then_some(if self.value < 0.0 { -1 } else { 1 })
+    /// The sign of the exact value where that is certain and not 0, else 0.
+    #[inline]
+    pub(super) fn certain_sign(self) -> i32 {
+        i32::from(self.value > self.error) - i32::from(self.value < -self.error)
     }
 }
 

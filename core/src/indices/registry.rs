@@ -106,25 +106,25 @@ macro_rules! registry {
         ///
         /// | kind | ordinary ray | any ray | batch | build |
         /// |---|---|---|---|---|
-        /// | linear | 2560 | 3840 | 3840 | 1024 |
-        /// | octree | 6656 | 8192 | 7936 | 5120 |
-        /// | octree-hierarchy | 6656 | 8192 | 7936 | 2816 |
-        /// | octree-r | 6912 | 8192 | 7936 | 3840 |
-        /// | octree-r-hierarchy | 6912 | 8192 | 7936 | 2816 |
-        /// | uniform-grid | 3072 | 4608 | 4608 | 3840 |
-        /// | grid-hierarchy | 3072 | 4608 | 4608 | 3840 |
-        /// | kd-tree | 4096 | 5376 | 5632 | 12288 |
-        /// | kd-tree-hierarchy | 4096 | 5376 | 5632 | 8960 |
-        /// | bsp-tree | 4096 | 5376 | 5632 | 11008 |
-        /// | bsp-tree-hierarchy | 4096 | 5376 | 5632 | 3328 |
-        /// | bvh | 4352 | 5632 | 5632 | 10496 |
-        /// | bvh-hierarchy | 4352 | 5632 | 5632 | 8448 |
-        /// | wide-octree | 3840 | 6400 | 6656 | 14848 |
-        /// | wide-octree-hierarchy | 3840 | 6400 | 6656 | 15616 |
-        /// | compact-octree | 4096 | 5376 | 6912 | 14080 |
-        /// | compact-octree-hierarchy | 4096 | 5376 | 6912 | 14848 |
-        /// | lean-octree | 4096 | 6912 | 7168 | 14080 |
-        /// | lean-octree-hierarchy | 4096 | 6912 | 7168 | 14848 |
+        /// | linear | 2240 | 3904 | 3968 | 832 |
+        /// | octree | 6464 | 8064 | 8192 | 4800 |
+        /// | octree-hierarchy | 6464 | 8064 | 8192 | 2688 |
+        /// | octree-r | 6464 | 8128 | 8192 | 3584 |
+        /// | octree-r-hierarchy | 6464 | 8128 | 8192 | 2688 |
+        /// | uniform-grid | 2880 | 4544 | 4608 | 3584 |
+        /// | grid-hierarchy | 2880 | 4544 | 4608 | 3584 |
+        /// | kd-tree | 3904 | 5504 | 5504 | 11776 |
+        /// | kd-tree-hierarchy | 3904 | 5504 | 5504 | 8640 |
+        /// | bsp-tree | 3904 | 5504 | 5504 | 10624 |
+        /// | bsp-tree-hierarchy | 3904 | 5504 | 5504 | 3200 |
+        /// | bvh | 4032 | 5632 | 5632 | 10176 |
+        /// | bvh-hierarchy | 4032 | 5632 | 5632 | 8000 |
+        /// | wide-octree | 3648 | 6400 | 6656 | 14272 |
+        /// | wide-octree-hierarchy | 3648 | 6400 | 6656 | 15104 |
+        /// | compact-octree | 3776 | 5376 | 6912 | 13568 |
+        /// | compact-octree-hierarchy | 3776 | 5376 | 6912 | 14400 |
+        /// | lean-octree | 3968 | 6976 | 7232 | 13568 |
+        /// | lean-octree-hierarchy | 3968 | 6976 | 7232 | 14400 |
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum IndexKind {
             $($(#[doc = $doc])* #[cfg($($included)*)] $variant = $number,)*
