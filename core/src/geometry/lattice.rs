@@ -78,10 +78,10 @@ impl Lattice {
         let Self { direction, a, b, c, .. } = self;
         let (mantissa, exponent) = factored(m);
         let zeros = direction.iter().fold(0, |bits, d| bits | d).trailing_zeros();
-        let step_bits = (FACTOR_BITS + BITS).saturating_sub(zeros) as i32;
-        let up = self.direction_exponent + zeros as i32 + exponent - self.point_exponent;
+        let step_bits = (FACTOR_BITS + BITS).saturating_sub(zeros).cast_signed();
+        let up = self.direction_exponent + zeros.cast_signed() + exponent - self.point_exponent;
         let (step_up, point_up) = (up.max(0), (-up).max(0));
-        if step_bits + step_up > MOST_BITS || BITS as i32 + 1 + point_up > MOST_BITS {
+        if step_bits + step_up > MOST_BITS || BITS.cast_signed() + 1 + point_up > MOST_BITS {
             return None;
         }
         let minus = |p: &Vector, q: &Vector| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
@@ -110,9 +110,10 @@ fn whole<const N: usize>(values: [f32; N]) -> Option<([i64; N], i32)> {
         let shifted = u64::from(mantissa) << (BITS - MANTISSA_BITS);
         let whole = shifted >> shift;
         lost |= shifted ^ whole << shift;
-        if value < 0.0 { -(whole as i64) } else { whole as i64 }
+        let whole = whole.cast_signed();
+        if value < 0.0 { -whole } else { whole }
     });
-    (lost == 0).then_some((whole, top as i32 - 150 - (BITS - MANTISSA_BITS) as i32))
+    (lost == 0).then_some((whole, top.cast_signed() - 150 - (BITS - MANTISSA_BITS).cast_signed()))
 }
 
 /// The bits of a number half-way between two `f32`.
@@ -128,8 +129,8 @@ pub(super) fn factored(value: f64) -> (i64, i32) {
     let mantissa = bits & ((1 << 52) - 1) | 1 << 52;
     let zeros = mantissa.trailing_zeros();
     debug_assert!(53 - zeros <= FACTOR_BITS, "not half-way between two f32: {value}");
-    let whole = (mantissa >> zeros) as i64;
-    let exponent = (bits >> 52) as i32 + zeros as i32 - 1075;
+    let whole = (mantissa >> zeros).cast_signed();
+    let exponent = (bits >> 52) as i32 + zeros.cast_signed() - 1075;
     (if value < 0.0 { -whole } else { whole }, exponent)
 }
 

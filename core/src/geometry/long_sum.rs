@@ -134,12 +134,13 @@ impl LongSum {
     /// Of the magnitude, the highest word that is not 0 and the two below it hold at least 129 bits; what is below
     /// them is less than 2^-128 of it. Each is rounded to 53 bits, and so are the two sums: less than 4 * 2^-53.
     pub fn estimate(&self) -> f64 {
+        const WORD: f64 = 18_446_744_073_709_551_616.0; // 2^64
         let negative = self.is_negative();
         let mut borrowed = negative;
         // The three words of the magnitude up to the highest that is not 0, and where the lowest begins.
         let (mut low, mut middle, mut high, mut place) = (0, 0, 0, LOWEST);
         let (mut below, mut below_that) = (0, 0);
-        let mut begin = LOWEST - 2 * u64::BITS as i32;
+        let mut begin = LOWEST - 2 * u64::BITS.cast_signed();
         for &word in &self.words {
             let magnitude = if negative {
                 let (magnitude, carried) = (!word).overflowing_add(u64::from(borrowed));
@@ -152,9 +153,8 @@ impl LongSum {
                 (low, middle, high, place) = (below_that, below, magnitude, begin);
             }
             (below_that, below) = (below, magnitude);
-            begin += u64::BITS as i32;
+            begin += u64::BITS.cast_signed();
         }
-        const WORD: f64 = 18_446_744_073_709_551_616.0; // 2^64
         let sum = (high as f64 * WORD + middle as f64) * WORD + low as f64;
         let size = sum * power_of_two(place);
         if negative { -size } else { size }

@@ -70,6 +70,59 @@ pub(super) const DISTANCE: f32 = 80.0 * R;
 /// the relative bounds do not cover that. 2^-150 would be enough, and slow: it is no normal number.
 pub(super) const ROUNDED: f32 = 8.271_806e-25; // 2^-80
 
+/// The way of a ray through a tree.
+pub(in crate::indices) enum Way {
+    /// In lanes.
+    Lanes(LaneRay),
+    /// In `f64`, because the bounds of lanes do not hold.
+    F64,
+    /// Past all of it.
+    Missed,
+}
+
+impl Way {
+    /// Prepares a ray for a scene whose largest coordinate is given. Of one with a component that is 0, `may_hit` is
+    /// asked.
+    #[inline(always)]
+    pub fn of(ray: &Ray, largest_coordinate: f32, may_hit: impl FnOnce() -> bool) -> Self {
+        const COMPONENTS: u32 = 0b0111;
+        let (origin, direction) = (ray.origin().extend(0.0), ray.direction().extend(0.0));
+        let sizes = direction.abs();
+        let large_enough = sizes.cmpge(Vec4::splat(LEAST_DIRECTION)).bitmask();
+        let small_enough = sizes.cmple(Vec4::splat(MOST_DIRECTION))
+            & origin.abs().cmple(Vec4::splat(MOST_COORDINATE));
+        let tame =
+            small_enough.all() && largest_coordinate <= MOST_COORDINATE && ray.t_min() >= 0.0;
+        if !tame {
+            return Self::F64;
+        }
+        if large_enough != COMPONENTS {
+            let zero = sizes.cmpeq(Vec4::ZERO).bitmask();
+            if (large_enough | zero) & COMPONENTS != COMPONENTS {
+                return Self::F64;
+            }
+            if !may_hit() {
+                return Self::Missed;
+            }
+        }
+        let inverse = Vec4::NEG_ONE / direction;
+        Self::Lanes(LaneRay {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            enter: (inverse * EARLIER).to_array(),
+            leave: (inverse * LATER).to_array(),
+            #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+            swap: bytemuck::must_cast(Vec4::select(
+                inverse.cmpgt(Vec4::ZERO),
+                Vec4::splat(f32::from_bits(0x0202_0202)),
+                Vec4::ZERO,
+            )),
+            reach: sizes.max_element(),
+            t_min: ray.t_min(),
+        })
+    }
+}
+
 impl LaneRay {
     /// No ray yet.
     pub const IDLE: Self = {
@@ -85,37 +138,6 @@ impl LaneRay {
             t_min: 0.0,
         }
     };
-
-    /// `None` for a ray that has to take the `f64` way, in a scene whose largest coordinate is given.
-    #[inline(always)]
-    pub fn new(ray: &Ray, largest_coordinate: f32) -> Option<Self> {
-        let (origin, direction) = (ray.origin().extend(0.0), ray.direction().extend(0.0));
-        let sizes = direction.abs();
-        let large_enough = sizes.cmpge(Vec4::splat(LEAST_DIRECTION)) | sizes.cmpeq(Vec4::ZERO);
-        let small_enough = sizes.cmple(Vec4::splat(MOST_DIRECTION))
-            & origin.abs().cmple(Vec4::splat(MOST_COORDINATE));
-        let tame = (large_enough & small_enough).all()
-            && largest_coordinate <= MOST_COORDINATE
-            && ray.t_min() >= 0.0;
-        if !tame {
-            return None;
-        }
-        let inverse = Vec4::NEG_ONE / direction;
-        Some(Self {
-            origin: origin.to_array(),
-            direction: direction.to_array(),
-            enter: (inverse * EARLIER).to_array(),
-            leave: (inverse * LATER).to_array(),
-            #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-            swap: bytemuck::must_cast(Vec4::select(
-                inverse.cmpgt(Vec4::ZERO),
-                Vec4::splat(f32::from_bits(0x0202_0202)),
-                Vec4::ZERO,
-            )),
-            reach: sizes.max_element(),
-            t_min: ray.t_min(),
-        })
-    }
 
     /// Which side of a box the ray enters it by, 0 for the lower, 1 for the upper, and which it leaves it by.
     #[inline(always)]

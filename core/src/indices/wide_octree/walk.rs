@@ -5,10 +5,9 @@ use core::ops::ControlFlow;
 
 use arrayvec::ArrayVec;
 
-use super::lanes::{LaneRay, Lanes, key};
+use super::lanes::{LaneRay, Lanes, Way, key};
 use super::portable::Portable;
 use super::{EMPTY, LANES, LEAF, STACK};
-use crate::Vec3;
 use crate::Vectors;
 use crate::geometry::{Aabb, Ray, RaySpan, Triangle};
 use crate::query::{Query, TriangleId};
@@ -115,12 +114,12 @@ impl<T: InLanes<Portable>> InEvery for T {}
 
 #[inline(always)]
 pub(super) fn walk_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q) {
-    let Some(ray) = LaneRay::new(query.ray(), tree.largest()) else {
-        return walk_in_f64(tree, query);
+    let may_hit = || !is_along_flat(tree, query.ray());
+    let ray = match Way::of(query.ray(), tree.largest(), may_hit) {
+        Way::Lanes(ray) => ray,
+        Way::F64 => return walk_in_f64(tree, query),
+        Way::Missed => return,
     };
-    if is_along_flat(tree, query.ray()) {
-        return;
-    }
     let mut walk = Walk::<L>::new(ray, tree.root());
     while walk.step(tree, query).is_continue() {}
 }
@@ -151,13 +150,14 @@ pub(super) fn walk_each_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(
             turn.place = place;
             turn.query = start(place);
             let Some(query) = &mut turn.query else { break };
-            match LaneRay::new(query.ray(), largest) {
-                Some(_) if is_along_flat(tree, query.ray()) => {}
-                Some(ray) => {
+            let may_hit = || !is_along_flat(tree, query.ray());
+            match Way::of(query.ray(), largest, may_hit) {
+                Way::Lanes(ray) => {
                     turn.walk.begin(ray, root);
                     return;
                 }
-                None => walk_in_f64(tree, query),
+                Way::F64 => walk_in_f64(tree, query),
+                Way::Missed => {}
             }
             finish(place, query);
         }
@@ -294,14 +294,9 @@ pub(in crate::indices) fn decide_each<L: Lanes, Q: Query>(
 
 /// Tells whether all boxes of the root have no extent on an axis on which the ray has none; then nothing in them is
 /// hit: see [`Aabb::is_along`]. Asked of the root only: lanes would have to be asked at every node.
-#[inline(always)]
-fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
-    ray.direction().cmpeq(Vec3::ZERO).any() && is_root_along_flat(tree, ray)
-}
-
 #[cold]
 #[inline(never)]
-fn is_root_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
+fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
     let Step { link, .. } = tree.root();
     let flat = |_, _, bounds: Aabb| {
         if bounds.is_along(ray) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
