@@ -202,9 +202,9 @@ impl Options {
 /// The highest level of a hierarchy of cells; the root is level 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Found: dividing goes on as long as the estimated cost falls.
+    /// Found: dividing goes on as long as the estimated cost falls, and a tree has at most 16 references a triangle.
     Automatic,
-    /// Given; 0 to 20.
+    /// Given; 0 to 20. Cells whose division would take the tree beyond 4,096 references a triangle are leaves.
     AtMost(u32),
 }
 
@@ -215,7 +215,8 @@ pub enum Resolution {
     Automatic,
     /// So many nearly cubic cells for each triangle of the group; above 0, at most 1024.
     CellsPerTriangle(f32),
-    /// So many cells in x, y and z; 1 to 65536 on each axis.
+    /// So many cells in x, y and z; 1 to 65536 on each axis. Halved, again and again, where filing would take more
+    /// than 4,096 steps a triangle and 8 a cell, a step being a cell that the box of a triangle reaches into.
     Cells([u32; 3]),
 }
 

@@ -19,7 +19,12 @@ fn help_tells_layouts_ranges_and_indices() {
     for (command, parts) in [
         (
             "cast",
-            &["float32 or float64 of shape (N, 6)", "('triangle','<u4')", "0xFFFFFFFF", "counter-clockwise"][..],
+            &[
+                "float32 or float64 of shape (N, 6)",
+                "('triangle','<u4')",
+                "0xFFFFFFFF",
+                "counter-clockwise",
+            ][..],
         ),
         ("shoot", &["('front_photons','<u8')", "('back_flux','<f8')", "1e6", "in watts"]),
         ("inspect", &["64 to 8192", "with a picture where one is asked for"]),

@@ -96,7 +96,8 @@ pub fn needle_and_dust(count: usize) -> Vec<Triangle> {
     let mut random = Random::new(9);
     let mut triangle = |place: usize| {
         let (at, thin) = (random.point(), random.point() * 1e-3);
-        let long = if place.is_multiple_of(2) { random.point() * 100.0 } else { random.point() * 1e-3 };
+        let long =
+            if place.is_multiple_of(2) { random.point() * 100.0 } else { random.point() * 1e-3 };
         Triangle::new(at - long, at + long, at + thin)
     };
     (0..count).map(&mut triangle).collect()

@@ -94,10 +94,11 @@ pub trait LocalIndex: 'static {
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
 
     /// Appends the group's index to `words`, with all links relative to its first word. What is
-    /// written must depend on the arguments only, and not on words read back.
+    /// written must depend on the arguments only, and not on words read back. The work must be bounded by a multiple
+    /// of `n log n` wherever the triangles lie; [`Words::spend`] counts it.
     ///
     /// # Errors
-    /// [`BuildError::TooLarge`] if links outgrow their field.
+    /// [`BuildError::TooLarge`] if links outgrow their field, [`BuildError::TooMuchWork`] from [`Words::spend`].
     fn build(
         group: &Group<'_>,
         options: &Options,
