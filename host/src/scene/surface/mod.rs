@@ -130,7 +130,14 @@ impl Surface {
         self.warnings.push(format!("{}: {text}", self.file.display()));
     }
 
-    fn faces(&self) -> impl Iterator<Item = &[u32]> {
+    /// The positions of all vertices, as the file has them; some may not be finite.
+    pub fn vertices(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+
+    /// The faces in the order of the file: for each corner its place in [`vertices`](Self::vertices), which
+    /// are three or more.
+    pub fn faces(&self) -> impl Iterator<Item = &[u32]> {
         let mut rest = self.corners.as_slice();
         self.arities.iter().map(move |&arity| {
             let (face, after) = rest.split_at(arity as usize);
