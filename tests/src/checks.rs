@@ -8,47 +8,60 @@ use arboleda::{
 use crate::build::{Built, build_exactly};
 use crate::scenes::welded;
 
-/// Builds every kind of index, in exactly enough memory, and compares its answers with tests of all
-/// triangles: what `build` returns and what `from_bytes` makes of its bytes.
+/// Compares every kind of index with tests of all triangles, as [`index_equals_linear`] does.
 ///
 /// # Panics
 /// Where an answer differs by a bit, a size is not exact, or a build is refused.
 pub fn every_index_equals_linear(triangles: &[Triangle], rays: &[Ray], options: &Options) {
+    for &kind in IndexKind::ALL {
+        index_equals_linear(kind, triangles, rays, options);
+    }
+}
+
+/// Builds an index in exactly enough memory and compares its answers with tests of all triangles: what `build`
+/// returns and what `from_bytes` makes of its bytes.
+///
+/// # Panics
+/// Where an answer differs by a bit, a size is not exact, or a build is refused.
+pub fn index_equals_linear(
+    kind: IndexKind,
+    triangles: &[Triangle],
+    rays: &[Ray],
+    options: &Options,
+) {
     let scene = Scene::new(triangles);
+    let expected: Vec<Vec<Hit>> = rays.iter().map(|ray| all_hits(triangles, ray)).collect();
+    let build = |scene| match build_exactly(kind, &scene, options) {
+        Ok(built) => built,
+        Err(error) => panic!("{} is not built: {error}", kind.name()),
+    };
+    let built = build(scene);
+    // Another way of dividing, where it goes by the rays.
+    let for_rays = build(scene.rays(rays));
+    if for_rays.bytes() != built.bytes() {
+        for (ray, expected) in rays.iter().zip(&expected) {
+            answers_equal(&for_rays.index(), ray, expected);
+        }
+    }
+    let copy = Built::copied(kind, built.bytes());
+    let (built, copied) = (built.index(), copy.index());
+    assert_eq!(built.check(), copied.check());
+    for (ray, expected) in rays.iter().zip(&expected) {
+        answers_equal(&built, ray, expected);
+        answers_equal(&copied, ray, expected);
+        assert_eq!(counts(&built, ray), counts(&copied, ray), "{} {ray:?}", kind.name());
+    }
+    many_equal_one_by_one(&built, rays, &expected);
+
+    // Beside the mesh: the same triangles, by the same walk.
+    if kind.holds_triangles() {
+        return;
+    }
     let (vertices, corners) = welded(triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
-    let expected: Vec<Vec<Hit>> = rays.iter().map(|ray| all_hits(triangles, ray)).collect();
-    for &kind in IndexKind::ALL {
-        let build = |scene| match build_exactly(kind, &scene, options) {
-            Ok(built) => built,
-            Err(error) => panic!("{} is not built: {error}", kind.name()),
-        };
-        let built = build(scene);
-        // Another way of dividing, where it goes by the rays.
-        let for_rays = build(scene.rays(rays));
-        if for_rays.bytes() != built.bytes() {
-            for (ray, expected) in rays.iter().zip(&expected) {
-                answers_equal(&for_rays.index(), ray, expected);
-            }
-        }
-        let copy = Built::copied(kind, built.bytes());
-        let (built, copied) = (built.index(), copy.index());
-        assert_eq!(built.check(), copied.check());
-        for (ray, expected) in rays.iter().zip(&expected) {
-            answers_equal(&built, ray, expected);
-            answers_equal(&copied, ray, expected);
-            assert_eq!(counts(&built, ray), counts(&copied, ray), "{} {ray:?}", kind.name());
-        }
-        many_equal_one_by_one(&built, rays, &expected);
-
-        // Beside the mesh: the same triangles, by the same walk.
-        if kind.holds_triangles() {
-            continue;
-        }
-        let beside = Built::new(kind, &Scene::of(mesh).beside(), options);
-        let beside = beside.unwrap_or_else(|error| panic!("{} beside: {error}", kind.name()));
-        is_the_same(&beside.index_beside(mesh), &built, rays, &expected);
-    }
+    let beside = Built::new(kind, &Scene::of(mesh).beside(), options);
+    let beside = beside.unwrap_or_else(|error| panic!("{} beside: {error}", kind.name()));
+    is_the_same(&beside.index_beside(mesh), &built, rays, &expected);
 }
 
 /// Compares an index beside a mesh with one that has a copy of its triangles.
