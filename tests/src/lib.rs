@@ -20,4 +20,5 @@ pub mod parallel;
 pub mod random;
 pub mod rays;
 pub mod scenes;
+pub mod work;
 pub mod zeros;
