@@ -1,0 +1,124 @@
+//! Builds end, wherever the triangles lie.
+//!
+//! Workload: up to four crowds (copies, concentric triangles, slivers, fans, needles, small among large, and
+//! some that planes part well), each scaled, stretched, flattened and moved, together some hundred triangles
+//! in any order; any kind of index, any options. One byte of the input is one choice.
+//! Constraints: where level and resolution are found, at most 80 `n log2 n` steps; where they are given, as
+//! many steps as the limit allows, or an error that says so. What is built answers as the linear scan does.
+//! Steps are counted, so this is no timed test.
+#![no_main]
+
+use arbitrary::{Arbitrary, Unstructured};
+use arboleda::{
+    BuildError, BvhBuild, IndexKind, Level, Options, RayIndex, Resolution, Triangle, Vec3,
+};
+use arboleda_tests::build::Built;
+use arboleda_tests::checks::{all_hits, answers_equal, many_equal_one_by_one};
+use arboleda_tests::crowds::{self, Crowd};
+use arboleda_tests::random::Random;
+use arboleda_tests::{rays, scenes, work};
+use libfuzzer_sys::fuzz_target;
+
+/// Steps that a build may take whose level or resolution is given.
+const MOST_STEPS_OF_GIVEN: u64 = 300_000;
+
+/// Beside the crowds, so that they meet scenes of the ordinary kind.
+const ORDINARY: &[Crowd] = &[|count| scenes::soup(count, 3), |count| scenes::lattice(count, 3, 8)];
+
+#[derive(Debug)]
+struct Case {
+    kind: IndexKind,
+    triangles: Vec<Triangle>,
+    options: Options,
+    seed: u64,
+}
+
+impl<'a> Arbitrary<'a> for Case {
+    fn arbitrary(input: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        let kind = *input.choose(IndexKind::ALL)?;
+        let options = options(input)?;
+        let seed = u64::from(u8::arbitrary(input)?);
+        let mut triangles = Vec::new();
+        for _ in 0..input.int_in_range(1..=4_u8)? {
+            triangles.extend(part(input)?);
+        }
+        match input.int_in_range(0..=3_u8)? {
+            0 => triangles.reverse(),
+            1 => Random::new(seed).shuffle(&mut triangles),
+            _ => {}
+        }
+        Ok(Self { kind, triangles, options, seed })
+    }
+}
+
+fn options(input: &mut Unstructured<'_>) -> arbitrary::Result<Options> {
+    // As without options, in every other case.
+    if input.int_in_range(0..=1_u8)? == 0 {
+        return Ok(Options::default());
+    }
+    let level = match input.int_in_range(0..=31_u32)? {
+        given @ 0..=20 => Level::AtMost(given),
+        _ => Level::Automatic,
+    };
+    let resolution = match input.int_in_range(0..=7_u8)? {
+        0 => Resolution::CellsPerTriangle(*input.choose(&[0.01, 1.0, 64.0, 1024.0])?),
+        1 => Resolution::Cells([1 << input.int_in_range(0..=4_u32)?, 3, 1]),
+        2 => Resolution::Cells([input.int_in_range(1..=40_u32)?; 3]),
+        _ => Resolution::Automatic,
+    };
+    Ok(Options {
+        leaf_capacity: input.int_in_range(1..=40_u32)?,
+        level,
+        proximity: *input.choose(&[0.0, 1e-6, 0.25, 0.5, 2.0, 1e6, f32::MAX])?,
+        size_classes: input.int_in_range(1..=4_u32)?,
+        resolution,
+        bvh_build: *input.choose(&[BvhBuild::Binned, BvhBuild::Insertion])?,
+        ..Options::default()
+    })
+}
+
+/// One crowd, somewhere.
+fn part(input: &mut Unstructured<'_>) -> arbitrary::Result<Vec<Triangle>> {
+    let choice = input.choose_index(crowds::ALL.len() + ORDINARY.len())?;
+    let crowd = match crowds::ALL.get(choice) {
+        Some(&(_, crowd)) => crowd,
+        None => ORDINARY[choice - crowds::ALL.len()],
+    };
+    // In steps, so that a mutation changes it much or not at all.
+    let count = *input.choose(&[1, 2, 3, 7, 12, 13, 25, 50, 100, 200])?;
+    let factor = |input: &mut Unstructured<'_>| {
+        input
+            .choose(&[1.0, 1.0, 1.0, 0.0, -1.0, 1e-3, 1e3, 1e-6, 1e-20, 1e-42, 1e20, 1e35])
+            .copied()
+    };
+    let mut stretch = Vec3::splat(factor(input)?);
+    stretch[input.choose_index(3)?] *= factor(input)?;
+    let mut step = Vec3::ZERO;
+    step[input.choose_index(3)?] = *input.choose(&[0.0, 0.0, 0.5, -3.0, 100.0, 1e6, 1e30])?;
+    let at = |p: Vec3| p * stretch + step;
+    let triangles = crowd(count).into_iter();
+    let moved = triangles.map(|t| Triangle::new(at(t.a), at(t.b), at(t.c)));
+    Ok(moved.filter(Triangle::is_finite).collect())
+}
+
+fuzz_target!(|case: Case| {
+    let Case { kind, triangles, options, seed } = case;
+    let is_found = work::is_found(&options);
+    let most = if is_found { work::most_steps(triangles.len()) } else { MOST_STEPS_OF_GIVEN };
+    let limited = Options { work_limit: Some(most), ..options };
+    let built = match Built::new(kind, &arboleda::Scene::new(&triangles), &limited) {
+        Ok(built) => built,
+        Err(BuildError::TooMuchWork { limit }) if !is_found && limit == most => return,
+        Err(error) => panic!("{}: {error}, for {} triangles", kind.name(), triangles.len()),
+    };
+    let index = built.index();
+    if let Err(error) = index.check() {
+        panic!("{} breaks its own invariants: {error}", kind.name());
+    }
+    let rays = rays::around(&triangles, 5, seed);
+    let expected: Vec<_> = rays.iter().map(|ray| all_hits(&triangles, ray)).collect();
+    for (ray, expected) in rays.iter().zip(&expected) {
+        answers_equal(&index, ray, expected);
+    }
+    many_equal_one_by_one(&index as &dyn RayIndex, &rays, &expected);
+});

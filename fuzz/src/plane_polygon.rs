@@ -1,0 +1,68 @@
+//! Polygons of whole numbers in a plane: which are simple, and their area, by comparing all sides.
+
+/// A corner.
+pub type Point = [i64; 2];
+
+/// Twice the area of a triangle, positive if it turns to the left.
+fn turn([ax, ay]: Point, [bx, by]: Point, [cx, cy]: Point) -> i64 {
+    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+}
+
+/// Twice the area that a polygon goes round, positive if it goes to the left.
+pub fn doubled_area(corners: &[Point]) -> i64 {
+    (2..corners.len()).map(|at| turn(corners[0], corners[at - 1], corners[at])).sum()
+}
+
+/// Tells whether no side meets another but its neighbours in the corner that they share.
+pub fn is_simple(corners: &[Point]) -> bool {
+    let count = corners.len();
+    let side = |at: usize| [corners[at % count], corners[(at + 1) % count]];
+    (0..count).all(|first| {
+        let [p, q] = side(first);
+        let [_, after] = side(first + 1);
+        let turns_back = turn(p, q, after) == 0 && !is_between(p, q, after);
+        let meets_none = (first + 2..count)
+            .filter(|second| (second + 1) % count != first)
+            .all(|second| !meet([p, q], side(second)));
+        p != q && !turns_back && meets_none
+    })
+}
+
+/// Tells whether the middle one of three points on a line lies strictly between the others.
+fn is_between(p: Point, middle: Point, q: Point) -> bool {
+    (0..2).map(|axis| (middle[axis] - p[axis]) * (q[axis] - middle[axis])).sum::<i64>() > 0
+}
+
+/// Tells whether two sides have a point in common.
+fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+    let overlap = (0..2).all(|axis| {
+        let span = |p: Point, q: Point| (p[axis].min(q[axis]), p[axis].max(q[axis]));
+        let ((from, to), (begin, end)) = (span(a, b), span(c, d));
+        from <= end && begin <= to
+    });
+    let part = |p: Point, q: Point, r: Point, s: Point| {
+        turn(p, q, r).signum() * turn(p, q, s).signum() <= 0
+    };
+    overlap && part(a, b, c, d) && part(c, d, a, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tells_simple_polygons_from_others() {
+        let comb = [[0, 0], [4, 0], [4, 4], [3, 4], [3, 1], [1, 1], [1, 4], [0, 4]];
+        assert!(is_simple(&comb));
+        assert_eq!(doubled_area(&comb), 20);
+        for other in [
+            &[[0, 0], [2, 2], [2, 0], [0, 2]][..],     // crosses itself
+            &[[0, 0], [4, 0], [4, 4], [2, 0]],         // touches a side with a corner
+            &[[0, 0], [4, 0], [2, 0], [2, 4]],         // turns back
+            &[[0, 0], [4, 0], [4, 0], [2, 4]],         // has a side without length
+            &[[0, 0], [1, 1], [2, 0], [1, 1], [1, 5]], // passes a corner twice
+        ] {
+            assert!(!is_simple(other), "{other:?}");
+        }
+    }
+}
