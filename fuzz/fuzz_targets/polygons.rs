@@ -1,23 +1,23 @@
 //! OBJ files that somebody might have written, and what their polygons become.
 //!
 //! Workload: up to 16 vertices on a lattice of a plane, upright or slanted, and up to three faces of up to 16
-//! corners, by positive and negative numbers, in any spelling that the format allows: line ends, comments and
+//! corners (many of them simple, few convex), by positive and negative numbers, in any spelling that the format allows: line ends, comments and
 //! names that end in a backslash, continuations, texture coordinates, groups, lines that are not read. One
 //! byte of the input is one choice.
 //! Constraints: all is well-formed, so it must be read: the same corners in the same order, `n - 2` triangles
 //! a face. A simple polygon is covered once; whether a polygon is simple, exact integers say.
 #![no_main]
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 use std::path::Path;
 
 use arbitrary::{Arbitrary, Unstructured};
 use arboleda::{Triangle, Vec3};
-use arboleda_fuzz::plane_polygon::{Point, doubled_area, is_simple};
 use arboleda_fuzz::surfaces::becomes_triangles;
 use arboleda_host::scene::Origin;
 use arboleda_host::scene::formats::obj;
+use arboleda_tests::oracle::polygon::{Point, doubled_area, is_simple, untangle};
 use libfuzzer_sys::fuzz_target;
 
 #[derive(Debug)]
@@ -68,11 +68,9 @@ impl<'a> Arbitrary<'a> for Case {
                 "vn 0 0 1 # \\",
             ])?);
             text.push_str(end(input)?);
-            let mut face = Vec::new();
             text.push('f');
-            for _ in 0..input.int_in_range(3..=16_u8)? {
-                let place = input.choose_index(points.len())?;
-                face.push(place);
+            let face = face(input, &points)?;
+            for &place in &face {
                 text.push_str(input.choose(&[" ", " ", " ", "  ", "\t", " \\\n", " \\ \r\n "])?);
                 if input.int_in_range(0..=1_u8)? == 0 {
                     write!(text, "{}", place + 1).expect("a string");
@@ -87,6 +85,24 @@ impl<'a> Arbitrary<'a> for Case {
         }
         Ok(Self { text, points, positions, faces })
     }
+}
+
+/// Corners as they come, or those that differ, in an order in which few sides meet.
+fn face(input: &mut Unstructured<'_>, points: &[Point]) -> arbitrary::Result<Vec<usize>> {
+    let is_untangled = input.int_in_range(0..=2_u8)? > 0;
+    let mut corners = Vec::new();
+    for _ in 0..input.int_in_range(3..=16_u8)? {
+        corners.push(input.choose_index(points.len())?);
+    }
+    let mut seen = HashSet::new();
+    let mut distinct: Vec<Point> = corners.iter().map(|&place| points[place]).collect();
+    distinct.retain(|&point| seen.insert(point));
+    if !is_untangled || distinct.len() < 3 {
+        return Ok(corners);
+    }
+    untangle(&mut distinct, 100);
+    let place = |point: &Point| points.iter().position(|other| other == point);
+    Ok(distinct.iter().filter_map(place).collect())
 }
 
 fn end(input: &mut Unstructured<'_>) -> arbitrary::Result<&'static str> {

@@ -28,6 +28,20 @@ pub fn is_simple(corners: &[Point]) -> bool {
     })
 }
 
+/// Turns round the parts of a polygon between sides that meet, until none do or `most` were turned: each time
+/// the polygon gets shorter, so most polygons become simple.
+pub fn untangle(corners: &mut [Point], most: usize) {
+    for _ in 0..most {
+        let count = corners.len();
+        let side = |at: usize| [corners[at], corners[(at + 1) % count]];
+        let mut pairs = (0..count).flat_map(|p| (p + 2..count).map(move |q| (p, q)));
+        let neighbours = |p: usize, q: usize| (q + 1) % count == p;
+        let found = pairs.find(|&(p, q)| !neighbours(p, q) && meet(side(p), side(q)));
+        let Some((first, second)) = found else { return };
+        corners[first + 1..=second].reverse();
+    }
+}
+
 /// Tells whether the middle one of three points on a line lies strictly between the others.
 fn is_between(p: Point, middle: Point, q: Point) -> bool {
     (0..2).map(|axis| (middle[axis] - p[axis]) * (q[axis] - middle[axis])).sum::<i64>() > 0
@@ -49,6 +63,13 @@ fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn untangles_a_crossing() {
+        let mut corners = [[0, 0], [2, 2], [2, 0], [0, 2]];
+        untangle(&mut corners, 9);
+        assert!(is_simple(&corners), "{corners:?}");
+    }
 
     #[test]
     fn tells_simple_polygons_from_others() {
