@@ -82,10 +82,11 @@ pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> a
     let options = build.options();
     let bounds = model.bounds();
     say!(
-        "{}: {} triangles in {} objects, {} light{}",
+        "{}: {} triangles in {} object{}, {} light{}",
         model.name,
         count(model.triangles.len() as u64),
         count(model.object_names.len() as u64),
+        if model.object_names.len() == 1 { "" } else { "s" },
         model.lights.len(),
         if model.lights.len() == 1 { "" } else { "s" },
     );
