@@ -10,17 +10,19 @@
 
 use arbitrary::{Arbitrary, Unstructured};
 use arboleda::{
-    BuildError, BvhBuild, IndexKind, Level, Options, RayIndex, Resolution, Triangle, Vec3,
+    BuildError, BvhBuild, Hit, IndexKind, Level, Options, RayIndex, Resolution, Triangle, Vec3,
 };
 use arboleda_tests::build::Built;
-use arboleda_tests::checks::{all_hits, answers_equal, many_equal_one_by_one};
+use arboleda_tests::checks::{all_hits, bits};
 use arboleda_tests::crowds::{self, Crowd};
 use arboleda_tests::random::Random;
 use arboleda_tests::{rays, scenes, work};
 use libfuzzer_sys::fuzz_target;
 
-/// Steps that a build may take whose level or resolution is given.
-const MOST_STEPS_OF_GIVEN: u64 = 300_000;
+/// Steps that a build may take whose level or resolution is given. A ray from far away enters all cells and is
+/// decided exactly everywhere, some ten microseconds each time and many times that under sanitizers: with
+/// 300,000 one run took half a minute.
+const MOST_STEPS_OF_GIVEN: u64 = 10_000;
 
 /// Beside the crowds, so that they meet scenes of the ordinary kind.
 const ORDINARY: &[Crowd] = &[|count| scenes::soup(count, 3), |count| scenes::lattice(count, 3, 8)];
@@ -85,7 +87,7 @@ fn part(input: &mut Unstructured<'_>) -> arbitrary::Result<Vec<Triangle>> {
         None => ORDINARY[choice - crowds::ALL.len()],
     };
     // In steps, so that a mutation changes it much or not at all.
-    let count = *input.choose(&[1, 2, 3, 7, 12, 13, 25, 50, 100, 200])?;
+    let count = *input.choose(&[1, 2, 3, 7, 12, 13, 25, 50, 75, 100])?;
     let factor = |input: &mut Unstructured<'_>| {
         input
             .choose(&[1.0, 1.0, 1.0, 0.0, -1.0, 1e-3, 1e3, 1e-6, 1e-20, 1e-42, 1e20, 1e35])
@@ -115,10 +117,13 @@ fuzz_target!(|case: Case| {
     if let Err(error) = index.check() {
         panic!("{} breaks its own invariants: {error}", kind.name());
     }
-    let rays = rays::around(&triangles, 3, seed);
-    let expected: Vec<_> = rays.iter().map(|ray| all_hits(&triangles, ray)).collect();
-    for (ray, expected) in rays.iter().zip(&expected) {
-        answers_equal(&index, ray, expected);
+    // Of all that can be asked the least: in a crowd, an exact zero is one for hundreds of triangles.
+    for ray in rays::around(&triangles, 2, seed) {
+        let expected = all_hits(&triangles, &ray);
+        let closest = index.closest_hit(&ray);
+        assert_eq!(closest.as_ref().map(bits), expected.first().map(bits), "{ray:?}");
+        let mut buffer = vec![Hit::NONE; expected.len() + 1];
+        let found = index.all_hits(&ray, &mut buffer).hits;
+        assert!(found.iter().map(bits).eq(expected.iter().map(bits)), "{ray:?}");
     }
-    many_equal_one_by_one(&index as &dyn RayIndex, &rays, &expected);
 });
