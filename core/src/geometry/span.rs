@@ -125,7 +125,8 @@ impl RaySpan {
         }
     }
 
-    /// The part of `span` that may lie in a closed box, if anything in it can be hit: see [`Aabb::is_along`].
+    /// The part of `span` that may lie in a closed box; empty if nothing in the box can be hit, since the box has no
+    /// extent on an axis on which the direction is 0: all its triangles lie in a plane along which the ray runs.
     #[inline]
     pub fn clip(&self, bounds: &Aabb, span: Span) -> Span {
         if self.still.any() && (self.still & bounds.flat_axes()).any() {
