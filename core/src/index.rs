@@ -28,8 +28,9 @@ pub trait RayIndex {
     fn occluded(&self, ray: &Ray) -> bool;
 
     /// The closest hit of each ray, or [`Hit::NONE`]: the same bits as one by one, and the faster way to ask
-    /// about many. Rays and hits beyond the shorter of both slices are left alone. The wide octree and its smaller
-    /// kin walk four rays in turn, whose state takes some 13 KiB of the stack.
+    /// about many. Rays and hits beyond the shorter of both slices are left alone. Where there are
+    /// vector registers, the wide, compact and lean octrees walk four rays in turn, whose state takes some 13 KiB of
+    /// the stack; elsewhere see [`IndexKind`](crate::IndexKind#stack).
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
 
     /// As [`RayIndex::occluded`], for each ray; see [`RayIndex::closest_hits`].

@@ -50,7 +50,7 @@ fn work_grows_no_faster_than_n_log_n() {
     }
 }
 
-/// No triangle is filed in more than 16 places, on the average, where the level is found.
+/// Trees have at most 16 references a triangle where the level is found, grids 70.
 #[test]
 fn references_are_bounded() {
     for &kind in IndexKind::ALL {

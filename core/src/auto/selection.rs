@@ -118,10 +118,11 @@ impl Selection {
 /// Where the scene says [how many rays](Scene::expecting) are to come, the build counts too: for a single ray in a
 /// large scene no tree is built, but all triangles are tested.
 ///
-/// Cost: at most three times that of building the chosen candidate, or half of what its rays take, whichever is
-/// more; and a few thousand queries. Where nobody says how many rays are to come, 16 a triangle are reckoned with. Those likely to be best are tried first. What would take more is left out as
-/// [`BuildError::TooMuchWork`]: [`Scene::expecting`] many rays has it tried. Work is counted, not timed, so that
-/// the choice is the same on every machine.
+/// Cost: trying takes at most three times as long as building the chosen candidate, or half as long as its rays, or
+/// 4 ms, whichever is most; and a few thousand queries. Without [`Scene::expecting`], 16 rays a triangle are assumed.
+/// Candidates that are likely to be best are tried first. A candidate that would take more is left out as
+/// [`BuildError::TooMuchWork`]; with more rays expected, it is tried. Work is counted, not timed, so that the choice
+/// is the same on every machine.
 ///
 /// # Errors
 /// If no candidate can be built, the first one's reason, or of those that say how much is missing the least;

@@ -3,9 +3,9 @@
 //! Each kind is a feature of this crate, so that one can be had without the code of the others; the linear scan is
 //! always there.
 //!
-//! To add an index, implement [`LocalIndex`] in a file of its own and add one line to
-//! `registry.rs`; the command line, the tests, the benches and the fuzz targets then run it, alone and
-//! clustered.
+//! To add an index, implement [`LocalIndex`] in a file of its own behind a feature, and add a line for each of its
+//! two kinds to `registry.rs` and its family to the tables of `opening.rs` and `auto/weights.rs`, where tests miss it.
+//! The command line, the tests, the benches and the fuzz targets then run it, alone and clustered.
 
 #[cfg(feature = "bsp-tree")]
 mod bsp_tree;

@@ -1,4 +1,4 @@
-//! How many cells: as the options say, or those with which some rays cost least.
+//! Choice of the number of cells: as the options say, or those with which some rays cost least.
 //!
 //! ```text
 //! a grid of usual density -> where some rays end -> for each density: file, count, walk to the end -> the cheapest
@@ -120,9 +120,9 @@ pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g>
 
 /// The cells along each axis with which some rays cost least; `room` is for the most cells there may be.
 ///
-/// From coarse to fine until it is hopeless, or would take the search beyond its budget; the cost goes up and down
-/// where planes and triangles are in step. So the work is dominated by the last grids, and triangles that lie in one
-/// place do not fill fine ones.
+/// Densities are tried from coarse to fine, until one is hopeless or would take the search beyond its budget. A single
+/// rise of the cost ends nothing, because the cost goes up and down where planes and triangles are in step. The last
+/// grids dominate the work, and triangles that lie in one place do not fill fine grids.
 ///
 /// A model to which all cells are alike, entered with the ratio of the surfaces, lost to counting: the grid hierarchy
 /// of figure 3 cost 61% more than the best density, because rays end in cells that hold something; with counting it
@@ -134,7 +134,7 @@ pub(super) fn cheapest_cells(
     rays: &mut [Tried],
     words: &mut Words<'_>,
 ) -> Result<[u32; 3], BuildError> {
-    // As if it were a build of its own, which ends where the budget does.
+    // The search counts its steps apart, and ends where its budget does.
     let mut budget = Words::limited(&mut [], search_steps(group.ids.len(), 0));
     let cells = search(group, model, room, rays, &mut budget);
     words.spend(budget.steps())?;
@@ -227,10 +227,12 @@ fn try_rays<'r>(
             let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
                 UniformGrid::traverse(&local, ray, span, query);
         });
-    // Within the budget: an eighth for the grid, one for the rays but the last.
+    // Not refused: filing twice takes at most a quarter, the tests of all rays but the last an eighth. Cells entered
+    // come on top; if they use the budget up, the search that follows tries no density.
     let _ = budget.spend(spent.saturating_add(trial.steps()));
     trial
 }
 
-/// Finding out where rays end may take this part of the budget for the grid, and again for the rays.
+/// Divisor of the budget: filing the grid once, and again testing triangles, may take an eighth each to find out where
+/// rays end.
 const TRIES: u64 = 8;
