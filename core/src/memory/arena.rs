@@ -47,7 +47,7 @@ pub struct Aligned<T: ?Sized>(pub T);
 /// use arboleda::{AnyIndex, ImageError, include_image};
 ///
 /// // Written by `as_bytes`; here just any file.
-/// static BYTES: &[u8] = include_image!("lib.rs");
+/// static BYTES: &[u8] = include_image!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/lib.rs"));
 /// assert!(BYTES.as_ptr().addr().is_multiple_of(arboleda::memory::ALIGNMENT));
 /// assert_eq!(AnyIndex::from_bytes(BYTES).err(), Some(ImageError::NotAnImage));
 /// ```
