@@ -1,4 +1,4 @@
-//! How much trying candidates may cost, before it outweighs what a better index saves.
+//! Budget for trying candidates: trying must not outweigh what a better index saves.
 //!
 //! ```text
 //! steps of a build * nanoseconds a step + clusters   = what a build takes
@@ -9,19 +9,19 @@
 
 use crate::{Float64, IndexKind, Scene};
 
-/// What building an index takes, in the unit of [`Weights`](super::Weights).
+/// Cost of building an index, in the unit of [`Weights`](super::Weights).
 #[derive(Clone, Copy)]
 pub(super) struct BuildCost {
     /// Nanoseconds a step.
     step: f64,
-    /// The fewest steps of a build, in `n log2 n` of its `n` triangles, of those seen.
+    /// The fewest steps of any build measured, in units of `n log2 n` for `n` triangles.
     least_steps: f64,
     /// Nanoseconds a triangle for finding clusters and joining them.
     clusters: f64,
 }
 
-/// Nanoseconds a step, and the fewest steps alone and in a hierarchy, by family; in the order in which families are
-/// tried: those that are cheap to build and to ask first.
+/// Nanoseconds a step, and the fewest steps alone and in a hierarchy, by family. Families are tried in the order of the
+/// lines: first those that are cheap to build and to query.
 ///
 /// Measured as the weights were, on the built-in scenes; nanoseconds a step scatter by a factor of two.
 const TABLE: [(&str, f64, [f64; 2]); 10] = [
@@ -36,13 +36,13 @@ const TABLE: [(&str, f64, [f64; 2]); 10] = [
     ("bsp-tree", 70.0, [7.0, 2.5]),
     ("octree-r", 30.0, [6.0, 6.0]),
 ];
-/// For an index that was never measured.
+/// Assumed of an index that was never measured.
 const UNKNOWN: (f64, [f64; 2]) = (100.0, [1.0, 1.0]);
 
 /// Finding clusters and joining them, nanoseconds a triangle.
 const CLUSTERS: f64 = 500.0;
 
-/// How many times as long everything takes where `f64` is calculated in software: a Cortex-M4, roughly.
+/// Factor by which everything takes longer where `f64` is calculated in software: roughly that of a Cortex-M4.
 fn slowness(float64: Float64) -> f64 {
     match float64 {
         Float64::Hardware => 1.0,
@@ -51,7 +51,7 @@ fn slowness(float64: Float64) -> f64 {
 }
 
 impl BuildCost {
-    /// What building a kind takes.
+    /// The cost of building a kind.
     pub fn of(kind: IndexKind, float64: Float64) -> Self {
         let known = TABLE.iter().find(|line| line.0 == kind.family());
         let (step, [alone, clustered]) = known.map_or(UNKNOWN, |line| (line.1, line.2));
@@ -61,7 +61,7 @@ impl BuildCost {
         Self { step: step * slowness, least_steps, clusters: clusters * slowness }
     }
 
-    /// The turn of a kind: lower is earlier, those never measured come last.
+    /// The turn in which a kind is tried: lower is earlier, and kinds never measured come last.
     pub fn turn(kind: IndexKind) -> usize {
         let place = TABLE.iter().position(|line| line.0 == kind.family());
         2 * place.unwrap_or(TABLE.len()) + usize::from(kind.is_clustered())
@@ -75,35 +75,35 @@ impl BuildCost {
         self.step * steps + self.clusters * triangle_count as f64
     }
 
-    /// Nanoseconds that no build for `triangle_count` triangles is below.
+    /// A lower bound on the nanoseconds of a build for `triangle_count` triangles.
     pub fn least_nanoseconds(&self, triangle_count: usize) -> f64 {
         let levels = f64::from((triangle_count.max(1)).ilog2());
         self.nanoseconds(triangle_count, self.least_steps * triangle_count as f64 * levels)
     }
 
-    /// The steps for which `nanoseconds` are enough.
+    /// The steps of a build for which `nanoseconds` are enough.
     pub fn steps_within(&self, triangle_count: usize, nanoseconds: f64) -> u64 {
-        // The cast saturates, and takes what is below 0 to 0.
+        // The cast saturates: a negative quotient becomes 0.
         ((nanoseconds - self.clusters * triangle_count as f64) / self.step) as u64
     }
 }
 
 /// Trying may cost this many builds of the best candidate ...
 const BUILDS: f64 = 3.0;
-/// ... or this share of what its rays take: an index that halves their time pays for the search ...
+/// ... or this share of the time of its rays: an index that halves their time pays for the search ...
 const SHARE_OF_RAYS: f64 = 0.5;
-/// ... or what nobody waits for, 4 ms: all candidates for some hundred triangles.
+/// ... or 4 ms, which nobody notices: enough for all candidates on some hundred triangles.
 const LEAST: f64 = 4e6;
-/// Rays for each triangle where nobody says how many are to come.
+/// Rays assumed for each triangle without [`Scene::expecting`].
 const RAYS_A_TRIANGLE: f64 = 16.0;
 
-/// What may be spent on trying.
+/// Nanoseconds that may be spent on trying.
 pub(super) struct Budget {
-    /// Rays to come, for the size of the budget.
+    /// Rays to come, known or assumed, for the size of the budget.
     rays: f64,
-    /// Rays to come, for weighing builds against them: none where nobody says.
+    /// Rays to come if that is known, for weighing builds against rays.
     known_rays: Option<f64>,
-    /// What may be spent in any case.
+    /// Nanoseconds that may be spent in any case.
     least: f64,
     spent: f64,
 }
@@ -116,7 +116,7 @@ impl Budget {
         Self { rays, known_rays, least: LEAST * slowness(float64), spent: 0.0 }
     }
 
-    /// What an index takes in all: its rays, and its build where it is known how many there are.
+    /// The whole cost of an index: a ray, or, where the number of rays is known, the build and all rays.
     pub fn whole(&self, build: f64, ray: f64) -> f64 {
         match self.known_rays {
             Some(rays) => build + rays * ray,
@@ -124,12 +124,13 @@ impl Budget {
         }
     }
 
-    /// Whether a build that takes so long is worth trying, whatever its rays take, beside the best so far.
+    /// Tells whether an index whose build takes `build` could have a lower whole cost than `best`, if its rays took
+    /// no time.
     pub fn may_win(&self, build: f64, best: f64) -> bool {
         self.whole(build, 0.0) < best
     }
 
-    /// What is left, where the best so far takes so long to build and a ray.
+    /// The nanoseconds left, where the best index so far takes `build` to build and `ray` for a ray.
     pub fn left(&self, build: f64, ray: f64) -> f64 {
         let whole = [BUILDS * build, SHARE_OF_RAYS * self.rays * ray, self.least];
         whole.into_iter().fold(0.0, |a, b| if b > a { b } else { a }) - self.spent

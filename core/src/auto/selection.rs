@@ -53,8 +53,8 @@ const RAYS: u32 = 1024;
 pub enum Expectation {
     /// It fits, and so much a ray.
     Fits(Cost),
-    /// It was left out, because it cannot be built in the memory given or at all, or because trying it would have
-    /// taken more than it may save.
+    /// The candidate was left out: it cannot be built in the memory given or at all, or trying it would have taken
+    /// more than it may save.
     LeftOut(BuildError),
 }
 
@@ -63,7 +63,7 @@ pub enum Expectation {
 pub struct Cost {
     /// As [`Weights`] weigh the counters.
     pub nanoseconds: f64,
-    /// What building the index takes, once, in the same unit.
+    /// The estimated cost of building the index once, in the same unit.
     pub build_nanoseconds: f64,
     /// Nodes visited.
     pub nodes: f64,
@@ -173,7 +173,7 @@ pub fn select(
         }
     }
 
-    // 3. The least, or what is as good and smaller.
+    // 3. Of all whose cost is as good as the least, the smallest.
     let Some(least) = trials.best.map(|best| best.whole) else {
         return Err(least_missing(&estimates));
     };
@@ -199,7 +199,7 @@ struct Best {
     build: f64,
     /// Nanoseconds a ray.
     ray: f64,
-    /// What it takes in all.
+    /// Its whole cost: see [`Budget::whole`].
     whole: f64,
 }
 
@@ -212,7 +212,7 @@ struct Trials<'t, 'a> {
 }
 
 impl Trials<'_, '_> {
-    /// What is expected of a candidate, if there is enough memory for it and enough left to try it.
+    /// Tries a candidate, if there is enough memory for it and enough of the budget left.
     fn expect(
         &mut self,
         kind: IndexKind,
@@ -269,7 +269,7 @@ fn least_missing(estimates: &[Candidate]) -> BuildError {
     })
 }
 
-/// Builds a candidate, in `steps`, and asks it.
+/// Builds a candidate, counts the steps of that in `steps`, and answers the rays with it.
 fn try_candidate(
     kind: IndexKind,
     scene: &Scene<'_>,
@@ -354,7 +354,7 @@ impl fmt::Display for Selection {
                 f.write_str("as much")?;
             }
         }
-        // Those that were not worth their build in one list; the others each with its reason.
+        // Candidates that were not worth their build stand in one list; the others each with a reason.
         let mut separator = "; not worth building: ";
         for candidate in &self.candidates {
             if let Expectation::LeftOut(BuildError::TooMuchWork { .. }) = candidate.expectation {

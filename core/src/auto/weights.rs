@@ -34,12 +34,12 @@ const TABLE: [(&str, Weights); 10] = [
     ("lean-octree", Weights { ray: 21.0, node: 19.2, test: 12.4 }), // +-8%
 ];
 
-/// As `TABLE`, where `f64` is calculated in software: 10 ns an instruction on a Cortex-M4, with `f32` in hardware. Fitted in
-/// the same way to what `thumb_cost` of `tests/targets/bare_metal` prints, emulated, for 24 to 456 triangles; behind each
-/// line how far the counted instructions lie from it.
+/// The same table for processors that calculate `f64` in software: 10 ns an instruction on a Cortex-M4, with `f32` in
+/// hardware. Fitted in the same way to the lines that `thumb_cost` of `tests/targets/bare_metal` prints in an emulator,
+/// for 24 to 456 triangles; behind each line how far the counted instructions lie from it.
 ///
-/// By hand: the test of all but the wide octrees is that of the linear scan, which is the same function. What a ray and a
-/// node take is mostly boxes in `f64`, and the hit, if there is one; the wide octrees calculate with `f32`.
+/// By hand: all but the wide octrees have the test of the linear scan, because they call the same function. Most of the
+/// cost of a ray and of a node is boxes in `f64`, and the hit, if there is one; the wide octrees calculate with `f32`.
 const SOFTWARE_TABLE: [(&str, Weights); 10] = [
     ("linear", Weights { ray: 36_390.0, node: 103_812.0, test: 1_934.0 }), // +-0%
     ("octree", Weights { ray: 37_692.0, node: 44_729.0, test: 1_934.0 }),  // +-7%
@@ -57,7 +57,7 @@ const SOFTWARE_TABLE: [(&str, Weights); 10] = [
 const UNKNOWN: Weights = Weights { ray: 100.0, node: 80.0, test: 30.0 };
 
 impl Weights {
-    /// Those of an index, on processors that calculate with `f64` in some way.
+    /// Finds the weights of an index, for processors with `f64` in hardware or in software.
     pub fn of(kind: IndexKind, float64: Float64) -> Self {
         let table = match float64 {
             Float64::Hardware => &TABLE,
