@@ -63,7 +63,7 @@ impl Aabb {
     }
 
     /// Tells whether the box has no extent on an axis on which the direction of a ray is 0. All triangles in such
-    /// a box lie in one plane, along which the ray runs: it hits none of them, wherever it begins.
+    /// a box lie in one plane, and the ray runs along that plane: it hits no triangle, wherever it begins.
     #[inline]
     pub(crate) fn is_along(&self, ray: &Ray) -> bool {
         (ray.direction().cmpeq(Vec3::ZERO) & self.flat_axes()).any()

@@ -1,4 +1,4 @@
-//! The volumes of the kernel exactly: what decides where `f64` cannot.
+//! The volumes of the kernel, exactly: this module decides where `f64` cannot.
 //!
 //! Seen from the origin of the ray, with `a = A - o`, `b = B - o`, `c = C - o`, the volumes have one form:
 //!
@@ -6,17 +6,21 @@
 //! det t = a . (b x c)    det u = d . (c x a)    det v = d . (a x b)    det w = d . (b x c)
 //! ```
 //!
-//! They are those of the kernel, because `e1 = b - a`, `e2 = c - a` and `a x a = 0`; and `det`, the sum of the last three,
-//! does not depend on the origin. Signs are decided in two coordinates for a direction along an axis
-//! ([`Planar`]), in whole numbers where coordinates allow that ([`Lattice`]), and otherwise, like quotients that lie between two `f32`, by [`LongSum`]: the differences are multiplied out, a product
-//! that has the origin twice is 0, and what is left are the triple products below, of `f32` as they were given.
+//! They are those of the kernel, because `e1 = b - a`, `e2 = c - a` and `a x a = 0`; and `det`, the sum of the last
+//! three, does not depend on the origin.
+//!
+//! 1. For a direction along an axis, the signs of weights are decided in two coordinates ([`Planar`]).
+//! 2. Where coordinates allow that, signs are decided in whole numbers ([`Lattice`]).
+//! 3. Otherwise signs, and quotients that lie between two `f32`, are decided by [`LongSum`]: the differences are
+//!    multiplied out, a product that has the origin twice is 0, and triple products of `f32` as they were given are
+//!    left.
 
 use super::lattice::Lattice;
 use super::long_sum::{Factor, LongSum};
 use super::planar::Planar;
 use super::{Ray, Triangle};
 
-/// A volume: what is divided by `det` to give `t` or a weight.
+/// A volume: divided by `det`, it gives `t` or a weight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Volume {
     /// `det t`
@@ -28,11 +32,11 @@ pub(super) enum Volume {
 /// A weight of a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Weight {
-    /// Of corner `b`.
+    /// The weight of corner `b`.
     U,
-    /// Of corner `c`.
+    /// The weight of corner `c`.
     V,
-    /// Of corner `a`.
+    /// The weight of corner `a`.
     W,
 }
 
@@ -63,7 +67,7 @@ impl Pair<'_> {
         same(o.x, a.x, b.x, c.x) || same(o.y, a.y, b.y, c.y) || same(o.z, a.z, b.z, c.z)
     }
 
-    /// What decides the signs of weights.
+    /// Chooses the arithmetic that decides the signs of weights.
     pub fn signs(self) -> Signs {
         let Self { ray, triangle } = self;
         if let Some(planar) = Planar::new(&self) {
@@ -72,8 +76,8 @@ impl Pair<'_> {
         Lattice::new(ray, triangle).map_or(Signs::Long(Long::new(self)), Signs::Lattice)
     }
 
-    /// The `f32` nearest to the exact quotient of a volume and `det`, ties to even, never -0.0; of which is known, if
-    /// they are numbers, between which two `f32` it lies.
+    /// Rounds the exact quotient of a volume and `det` to the nearest `f32`, ties to even, never -0.0. The result lies
+    /// in `low..=high`; bounds that are NaN say nothing.
     #[cold]
     #[inline(never)]
     pub fn round(self, volume: Volume, det_sign: i32, low: f32, high: f32) -> f32 {
@@ -97,7 +101,7 @@ impl Pair<'_> {
     }
 }
 
-/// Of two neighbours, the one that is nearest to what lies on a side of the boundary half-way between them.
+/// The nearest of two neighbours to a number on the given side of the boundary half-way between them.
 fn nearest(side: i32, low: f32, boundary: f64, high: f32) -> f32 {
     let nearest = match side {
         0 => boundary as f32, // the conversion rounds ties to even
@@ -107,13 +111,13 @@ fn nearest(side: i32, low: f32, boundary: f64, high: f32) -> f32 {
     nearest + 0.0
 }
 
-/// What decides the sign of a weight.
+/// The arithmetic that decides the sign of a weight.
 pub(super) enum Signs {
-    /// In two coordinates.
+    /// Two coordinates.
     Planar(Planar),
-    /// In whole numbers.
+    /// Whole numbers.
     Lattice(Lattice),
-    /// By long sums.
+    /// Long sums.
     Long(Long),
 }
 
@@ -182,7 +186,7 @@ impl Long {
 
     /// See [`Pair::round`].
     fn round(&self, volume: Volume, det_sign: i32) -> f32 {
-        // The exact volumes, rounded: each is off by at most 2^-51 of itself, the quotient by less
+        // The exact volumes, rounded: each is off by less than 2^-51 of itself, the quotient by less
         // than 2^-49. At most one boundary between two f32 values lies in such an interval.
         let q = self.quotient(volume);
         let error = q.abs() * (8.0 * f64::EPSILON);

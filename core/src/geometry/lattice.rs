@@ -1,14 +1,14 @@
 //! The volumes of the kernel in whole numbers, for coordinates that lie on one lattice.
 //!
-//! Every `f32` is a whole number times a power of two. Where the exponents of some of them do not differ much,
-//! they are all whole numbers times one power of two, and what is made of them by differences and products
-//! is too. The sign of a volume is then that of a whole number. Nothing is rounded, so nothing needs a bound.
+//! Every `f32` is a whole number times a power of two. Where the exponents of several `f32` do not differ much,
+//! all of them are whole numbers times one power of two, and so are their differences and products. The sign of a
+//! volume is then that of a whole number. Nothing is rounded, so nothing needs an error bound.
 //!
 //! # Which coordinates
-//! The coordinates of the points get one power of two, those of the direction another. Each is taken where all
-//! of them become less than 2^40: the largest has a mantissa of 24 bits, so the lowest bit of the others may lie
-//! 16 places below the last place of the largest. Coordinates on grid lines, multiples of a step, rays at
-//! corners, and most of what lies in one scene have that; a point a hair beside zero has not.
+//! The coordinates of the points get one power of two, the components of the direction another. Each power makes the
+//! largest number a whole number of at most 40 bits: 24 of them are its mantissa, so the lowest bit of the other
+//! numbers may lie 16 places below the last place of the largest. Coordinates on grid lines, multiples of a step, rays
+//! at corners, and most points of one scene fulfil that; a coordinate that is nearly 0 but not 0 does not.
 //!
 //! # Why nothing overflows
 //! Differences are below 2^41 and a minor of two of them below 2 * 2^82. A triple product has three minors times
@@ -30,8 +30,9 @@ pub(super) struct Lattice {
     a: Vector,
     b: Vector,
     c: Vector,
-    /// What powers of two the components and the coordinates are multiples of.
+    /// The components are multiples of two to this power.
     direction_exponent: i32,
+    /// The coordinates are multiples of two to this power.
     point_exponent: i32,
 }
 
@@ -67,12 +68,13 @@ impl Lattice {
         value.signum() as i32
     }
 
-    /// The sign of `det t - m det = (a - m d) . (e1 x e2)`, for `m` half-way between two `f32`; `None` where the point at
-    /// `m` takes too many bits.
+    /// The sign of `det t - m det = (a - m d) . (e1 x e2)`, for `m` half-way between two `f32`; `None` where the point
+    /// at `m` takes too many bits.
     ///
-    /// Components without the zeros at their ends are multiplied by the 25 bits of `m`. Where that takes at most 60 bits
-    /// on the lattice of the points, or the points do on its own, `a - m d` is exact below 2^61; where it is below
-    /// 2^41, as differences are, the triple product fits.
+    /// The components, without the zero bits that they share at the end, are multiplied by the 25 bits of `m`. The
+    /// products and `a` are shifted to the finer of their two lattices. If neither takes more than 60 bits there,
+    /// `a - m d` is exact and below 2^61; if it is also below 2^41, as differences of corners are, the triple product
+    /// fits.
     pub fn side_of_t(&self, m: f64) -> Option<i32> {
         const MOST_BITS: i32 = 60;
         let Self { direction, a, b, c, .. } = self;
@@ -94,11 +96,11 @@ impl Lattice {
 
 /// The bits of a whole number, without its sign.
 const BITS: u32 = 40;
-/// The bits of an `f32` that are kept, the highest of which is not stored.
+/// The bits of the mantissa of an `f32`, of which the highest is not stored.
 const MANTISSA_BITS: u32 = f32::MANTISSA_DIGITS;
 
-/// Some numbers divided by the power of two with which the largest takes [`BITS`], and its exponent; `None` if one
-/// of them loses a bit.
+/// Divides numbers by the power of two that leaves the largest with at most [`BITS`], and returns the whole numbers and
+/// the exponent of that power; `None` if a number loses a bit.
 fn whole<const N: usize>(values: [f32; N]) -> Option<([i64; N], i32)> {
     // The bits of numbers without a sign are in the order of the numbers.
     let largest = values.iter().fold(0, |largest, value| largest.max(value.abs().to_bits()));
@@ -184,7 +186,7 @@ mod tests {
         assert_eq!([side(0.0, m), side(2.0, m), side(-1.0, m)], [Some(0), Some(1), Some(-1)]);
     }
 
-    /// What grid lines meet: a step that is no power of two, any heights, an origin far above.
+    /// Rays on grid lines: a step that is no power of two, any heights, an origin far above.
     #[test]
     fn corners_of_a_height_field_are_on_a_lattice() {
         let line = |i: u16| f32::from(i) * 0.1;

@@ -12,8 +12,10 @@
 //! or carried out of the highest word.
 //!
 //! # Source
-//! U. Kulisch, *Computer Arithmetic and Validity*, 2008: the long accumulator. Expansions (J. R. Shewchuk 1997), which
-//! were here before, need 288 terms at worst, of 8 bytes each, several times.
+//! U. Kulisch, *Computer Arithmetic and Validity*, 2008: the long accumulator.
+//!
+//! # What lost
+//! - Expansions (J. R. Shewchuk 1997): at worst 288 terms of 8 bytes, several times.
 
 use core::ops::Neg;
 
@@ -27,7 +29,7 @@ const WORDS: usize = 18;
 #[derive(Clone, Copy)]
 pub(super) struct Number {
     mantissa: u64,
-    /// How many places above the lowest there are.
+    /// The exponent, counted from that of the lowest bit there is.
     place: u32,
     negative: bool,
 }
@@ -39,7 +41,7 @@ impl From<f32> for Number {
     }
 }
 
-/// What all terms of a sum are multiplied by: an `f64` of at most 25 bits, a multiple of 2^-150 up to 2^128.
+/// The factor of all products of a triple product: an `f64` of at most 25 bits, a multiple of 2^-150 up to 2^128.
 #[derive(Clone, Copy)]
 pub(super) struct Factor(Number);
 
@@ -131,8 +133,8 @@ impl LongSum {
 
     /// The sum rounded: off by less than 2^-51 of it.
     ///
-    /// Of the magnitude, the highest word that is not 0 and the two below it hold at least 129 bits; what is below
-    /// them is less than 2^-128 of it. Each is rounded to 53 bits, and so are the two sums: less than 4 * 2^-53.
+    /// The highest word of the magnitude that is not 0 and the two words below hold at least 129 bits; the rest is less
+    /// than 2^-128 of the magnitude. Words are rounded to 53 bits, and so are the two sums: less than 4 * 2^-53 in all.
     pub fn estimate(&self) -> f64 {
         const WORD: f64 = 18_446_744_073_709_551_616.0; // 2^64
         let negative = self.is_negative();

@@ -1,14 +1,18 @@
-//! The weights along a coordinate axis, where they are minors of two numbers each.
+//! The weights for a direction along a coordinate axis, where each is a minor of two rows of two numbers.
 //!
-//! Where only component `k` of the direction is not 0, a triple product `d . (p x q)` is `d_k (p_i q_j - p_j q_i)`. Rays
-//! straight down on grid lines are of this sort, and weigh most zeros that come about by themselves.
+//! If only component `k` of the direction is not 0, a triple product `d . (p x q)` is `d_k (p_i q_j - p_j q_i)`. Rays
+//! straight down on grid lines are of this sort: most weights that are exactly 0 without intent come from such rays.
 //!
 //! # Why the signs are exact
-//! A difference of two `f32` is taken where `f64` holds it: where adding and subtracting it leads back to both. (If it was
-//! rounded, then by a multiple of the last place of the smaller `f32`, which `f64` sees when it leads back to that
-//! one.) A product rounds to the nearest, which keeps the order: if the rounded products differ, the exact ones differ
-//! the same way. If they are the same, the exact products differ as their errors do, and an error is exact by
-//! the splitting of Dekker and Veltkamp. Differences lie between 2^-149 and 2^129, so nothing over- or underflows.
+//! 1. A difference `p - q` of two `f32` is used only if `f64` holds it exactly. The test: adding the difference to `q`
+//!    gives `p`, and subtracting it from `p` gives `q`. A rounded difference fails, because its error is a multiple of
+//!    the last place of the smaller number, and `f64` shows such an error when that number should come back.
+//! 2. A product rounds to the nearest, which keeps the order: if two rounded products differ, the exact ones differ the
+//!    same way.
+//! 3. If the rounded products are the same, the exact ones differ as their errors do, and an error is exact by the
+//!    splitting of Dekker and Veltkamp.
+//!
+//! Differences lie between 2^-149 and 2^129, so nothing over- or underflows.
 //!
 //! # Source
 //! J. R. Shewchuk 1997: TWO-DIFF, SPLIT, TWO-PRODUCT; without fused multiply-add, which is slow where it is emulated.
@@ -18,6 +22,7 @@ use glam::Vec3;
 use super::Triangle;
 use super::exact::{Pair, Weight};
 
+/// A corner in the two coordinates across the direction.
 type Point = [f64; 2];
 
 /// The corners as seen from the origin, along the direction.
@@ -29,7 +34,7 @@ pub(super) struct Planar {
 }
 
 impl Planar {
-    /// `None` for a direction along no axis, or where `f64` does not hold a difference.
+    /// Prepares a pair; `None` for a direction along no axis, or where `f64` does not hold a difference.
     #[inline]
     pub fn new(pair: &Pair<'_>) -> Option<Self> {
         let d = pair.ray.direction();
@@ -93,7 +98,7 @@ fn split(a: f64) -> (f64, f64) {
     (high, a - high)
 }
 
-/// What rounding `a * b` to `product` has cut off.
+/// The part of `a * b` that rounding to `product` has cut off.
 fn product_error(a: f64, b: f64, product: f64) -> f64 {
     let (a_high, a_low) = split(a);
     let (b_high, b_low) = split(b);

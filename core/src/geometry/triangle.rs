@@ -32,8 +32,8 @@ impl Triangle {
         self.a.is_finite() && self.b.is_finite() && self.c.is_finite()
     }
 
-    /// Tells whether the triangle has no extent on an axis on which a direction has none. Then a ray runs along its
-    /// plane, and never hits it: the normal lies along that axis, so `det` is 0.
+    /// Tells whether the triangle has no extent on an axis on which a direction is 0. A ray in that direction runs
+    /// along the triangle's plane and never hits it: the normal lies along that axis, so `det` is 0.
     #[inline]
     pub(crate) fn is_along(&self, direction: Vec3) -> bool {
         let (Self { a, b, c }, d) = (self, direction);

@@ -1,6 +1,6 @@
 //! The volumes in `f64`, each with a bound on its error, and their quotients.
 //!
-//! The bounds are derived in `kernel`.
+//! `kernel` derives the bounds.
 
 use glam::Vec3;
 
@@ -26,7 +26,7 @@ fn largest64(v: V3) -> f64 {
 pub struct Approximate {
     /// The computed value.
     pub value: f64,
-    /// How far from it the exact one may be.
+    /// A bound on the distance of the exact value from the computed one.
     pub error: f64,
 }
 
@@ -34,7 +34,7 @@ impl Approximate {
     /// Exactly 0.
     pub(super) const ZERO: Self = Self { value: 0.0, error: 0.0 };
 
-    /// Tells whether the exact value has the same sign, and is not 0.
+    /// Tells whether the exact value surely has the sign of the computed one, and is not 0.
     #[inline]
     fn is_certain(self) -> bool {
         self.value.abs() > self.error
@@ -58,7 +58,7 @@ pub struct Volumes {
     pub v: Approximate,
     /// `det w`
     pub w: Approximate,
-    /// What they are divided by.
+    /// `det`, the divisor of the others
     pub det: Approximate,
 }
 
@@ -114,11 +114,11 @@ impl Volumes {
     }
 }
 
-/// What the volumes of a hit are divided by.
+/// The divisor of the volumes of a hit: `det`, as its inverse.
 #[derive(Clone, Copy)]
 pub(super) struct Divisor {
     error: f64,
-    /// NaN where the error is too large a part of it; then nothing that is compared holds, and exact
+    /// NaN where the error of `det` is too large a part of it; then no comparison with a quotient holds, and exact
     /// arithmetic decides.
     inverse: f64,
     sign: i32,
@@ -147,7 +147,7 @@ impl Divisor {
     }
 }
 
-/// Where a quotient lies that is to be rounded to the nearest `f32`.
+/// Bounds on a quotient that is to be rounded to the nearest `f32`.
 pub(super) struct Bracket {
     low: f32,
     high: f32,
