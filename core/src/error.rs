@@ -31,7 +31,7 @@ pub enum BuildError {
         /// The kind's name.
         kind: &'static str,
     },
-    /// An index beside a mesh borrows it, so it is not [stored](crate::Stored) without.
+    /// An index beside a mesh borrows the mesh, so it cannot be [stored](crate::Stored) alone.
     CannotBeStored,
     /// The index needs more words than `u32` links can reach: lower the level.
     TooLarge,
@@ -80,7 +80,7 @@ impl fmt::Display for BuildError {
                 write!(f, "{kind} holds the triangles itself, and is not built beside a mesh")
             }
             Self::CannotBeStored => {
-                f.write_str("an index beside a mesh borrows it, and is not stored without")
+                f.write_str("an index beside a mesh borrows the mesh, and cannot be stored alone")
             }
             Self::TooLarge => f.write_str("the index outgrows its 32-bit links: lower the level"),
             Self::TooMuchWork { limit } => {
@@ -130,12 +130,12 @@ pub enum ImageError {
         /// The kind found.
         found: u32,
     },
-    /// An image of a kind that was left out of this build.
+    /// The image holds a kind that was left out of this build.
     KindLeftOut {
         /// The feature of this crate that compiles it in.
         feature: &'static str,
     },
-    /// An image of a kind that this version does not know.
+    /// The image holds a kind that this version does not know.
     UnknownKind {
         /// The kind found.
         found: u32,
@@ -182,7 +182,7 @@ impl fmt::Display for ImageError {
             }
             Self::KindLeftOut { feature } => write!(
                 f,
-                "the image holds a {feature} or a hierarchy of them, which this program was built without: \
+                "the image holds an index of the family {feature}, which this program was built without: \
                  turn on the feature {feature} of arboleda"
             ),
             Self::UnknownKind { found } => {

@@ -46,15 +46,15 @@ pub trait RayIndex {
     fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool;
 }
 
-/// How many bytes a build needs.
+/// Memory and work that a build needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capacity {
     /// For the index: exactly what it will use.
     pub index: usize,
     /// For the build; free again afterwards.
     pub scratch: usize,
-    /// The work of the build: how often it looks at a triangle. At most a multiple of `n log n`, wherever the `n`
-    /// triangles lie.
+    /// The work of the build, in looks at a triangle: at most a multiple of `n log n`, wherever the `n` triangles
+    /// lie.
     pub steps: u64,
 }
 
@@ -75,7 +75,7 @@ pub trait Representation: 'static {
         | if Self::Structure::HOLDS_TRIANGLES { WORDS_HOLD_TRIANGLES } else { 0 };
 }
 
-/// The scratch bytes that are enough where the structure needs `structure` bytes.
+/// Bounds the scratch bytes of a build whose structure needs `structure` bytes of them.
 pub(crate) const fn scratch_with<R: Representation>(
     triangle_count: usize,
     structure: usize,
@@ -90,7 +90,7 @@ pub(crate) const fn scratch_with<R: Representation>(
     if !R::CLUSTERED {
         return cluster::whole_bytes(triangle_count).saturating_add(nodes.saturating_add(build));
     }
-    // Steps one after the other, in the same memory.
+    // Finding clusters comes first; joining and then building use the same memory again.
     let (detect, join) =
         (cluster::detect_bytes(triangle_count), cluster::join_bytes(triangle_count));
     let later = nodes.saturating_add(if join > build { join } else { build });
@@ -114,7 +114,7 @@ impl<R> Clone for Index<'_, R> {
 impl<R> Copy for Index<'_, R> {}
 
 impl<'a, R: Representation> Index<'a, R> {
-    /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound. As a constant:
+    /// Bounds the scratch bytes for `triangle_count` triangles, as proven. In constants, call
     /// [`IndexKind::scratch_capacity`](crate::IndexKind::scratch_capacity).
     pub fn scratch_capacity(triangle_count: usize, options: &Options) -> usize {
         scratch_with::<R>(triangle_count, R::Structure::scratch_bytes(triangle_count, options))
@@ -150,7 +150,7 @@ impl<'a, R: Representation> Index<'a, R> {
         let index = match built {
             Err(BuildError::ArenaFull { needed, .. }) => needed,
             Err(error) => return Err(error),
-            // Not to be had: an index has a header.
+            // Never: no index fits into no bytes, since each has a header.
             Ok(index) => index.as_bytes().len(),
         };
         let scratch = Self::scratch_capacity(scene.triangles.len(), options);
@@ -195,7 +195,8 @@ impl<'a, R: Representation> Index<'a, R> {
         Self::build_counted(scene, options, arena, scratch, executor, &mut 0)
     }
 
-    /// As [`Index::build_with`], and says in `steps` how many steps it took, or had taken when it gave up.
+    /// Builds as [`Index::build_with`] does, and writes to `steps` the steps taken, also where the structure's build
+    /// fails.
     pub(crate) fn build_counted(
         scene: &Scene<'a>,
         options: &Options,
@@ -239,8 +240,8 @@ impl<'a, R: Representation> Index<'a, R> {
         let fixed = fixed.map(|bytes| layout.split(bytes));
         let (header, own_triangles, own_nodes) = fixed.unwrap_or_default();
 
-        // 3. Join the clusters into the cluster tree, where it will lie. To count, only a structure that reads the
-        // tree needs one.
+        // 3. Join the clusters into the cluster tree, in its place in the arena. If only counting, a structure that
+        // reads the tree gets one in the scratch, and others get none.
         let node_count = (2 * clusters.count()).saturating_sub(1);
         let mut scratch = Arena::new(scratch).ok_or(scratch_full)?;
         let nodes = if own_nodes.is_empty() && R::Structure::READS_TREE {
@@ -322,7 +323,7 @@ impl<'a, R: Representation> Index<'a, R> {
         Ok(index)
     }
 
-    /// The index that is in an image, of which this is known, or about to be checked.
+    /// Wraps an image whose words are known to hold such an index, or are about to be checked.
     pub(crate) fn of_checked(image: Image<'a>) -> Self {
         Self { image, vectors: Vectors::detect(), representation: PhantomData }
     }

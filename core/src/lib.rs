@@ -12,9 +12,10 @@
 //!
 //! # Features
 //! One for each kind of index, all of them by default: `octree`, `octree-r`, `uniform-grid`, `kd-tree`, `bsp-tree`,
-//! `bvh`, `wide-octree`, `compact-octree`, `lean-octree`. Each is the index alone and for each cluster. The linear scan is
-//! always there. With `default-features = false` and one of them, [`AnyIndex`] and [`auto::select`] contain the code of
-//! that kind only, and bytes of another are refused by name.
+//! `bvh`, `wide-octree`, `compact-octree`, `lean-octree`. Each compiles the index over the whole scene and its
+//! hierarchy over clusters. The linear scan is always there. With `default-features = false` and one feature,
+//! [`AnyIndex`] and [`auto::select`] contain the code of that kind and of the linear scan only, and refuse bytes of
+//! others by name.
 //!
 //! # Examples
 //! ```
@@ -35,7 +36,7 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 #![no_std]
-// Rooms that several kinds share have parts that not every kind needs.
+// Modules that several kinds share have parts that not every kind needs.
 #![cfg_attr(not(feature = "all-kinds"), allow(dead_code, unused_imports, unused_macros))]
 #![warn(clippy::pedantic)]
 #![allow(

@@ -144,7 +144,7 @@ pub trait Query {
     }
 }
 
-/// The hit up to `t_max` of what a filter has left in doubt.
+/// Decides exactly, for a pair that a filter has left in doubt, whether there is a hit up to `t_max`.
 #[inline]
 fn decided<'p>(
     ray: &'p Ray,
@@ -204,7 +204,8 @@ impl<C: Count> Query for Closest<'_, C> {
         let Intersection { t, u, v } = match verdict {
             Verdict::Hit(found) if found.t < last || id < best => found,
             Verdict::InDoubt | Verdict::Doubtful(_) => {
-                // Of a higher id, a hit as far away changes nothing: around a corner, most need not be decided.
+                // A triangle of a higher id must be hit before `last`: around a corner, most triangles are hit at
+                // `last` itself, and are rejected without exact arithmetic.
                 let t_max = if id < best { last } else { last.next_down() };
                 match decided(self.ray, triangle, &verdict, t_max) {
                     Some(meeting) => meeting.intersection(),

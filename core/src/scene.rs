@@ -32,7 +32,7 @@ pub struct Scene<'a> {
     /// Whether an index has no copy of the triangles.
     pub(crate) beside: bool,
     pub(crate) rays: &'a [Ray],
-    /// How many rays it will be asked about, if that is known.
+    /// The number of rays to come, if that is known.
     pub(crate) expected_rays: Option<u64>,
 }
 
@@ -74,9 +74,9 @@ impl<'a> Scene<'a> {
         Self { rays, ..self }
     }
 
-    /// The same scene, and about how many rays it will be asked about: [`auto::select`](crate::auto::select) weighs
-    /// what a build takes against them, and tries more candidates the more there are; `u64::MAX` for all of them.
-    /// No answer depends on it.
+    /// Tells the approximate number of rays to come. [`auto::select`](crate::auto::select) weighs the cost of a build
+    /// against the cost of these rays, and tries more candidates the more rays there are; with `u64::MAX`, all
+    /// candidates. No answer depends on the number.
     #[must_use]
     pub const fn expecting(self, rays: u64) -> Self {
         Self { expected_rays: Some(rays), ..self }
@@ -133,11 +133,11 @@ pub struct Options {
     /// What a step and a test cost, for the indices that estimate; `None` for what was measured of each,
     /// [`crate::IndexKind::cost_model`].
     pub cost: Option<CostModel>,
-    /// The most steps that a build may take, each a look at one triangle; `None` for any number. The count is the
-    /// same on every machine: [`crate::Capacity::steps`] tells it.
+    /// The most steps that a build may take, each a look at one triangle; `None` for any number.
+    /// [`crate::Capacity::steps`] counts them, the same on every machine.
     pub work_limit: Option<u64>,
-    /// For which processors [`auto::select`](crate::auto::select) weighs. It changes which index is chosen, and
-    /// nothing else: what is built and answered is the same.
+    /// The processors for which [`auto::select`](crate::auto::select) weighs. The choice of an index depends on this,
+    /// and nothing else does: each index has the same bytes and gives the same answers.
     pub float64: Float64,
 }
 
@@ -202,7 +202,7 @@ impl Options {
 /// The highest level of a hierarchy of cells; the root is level 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Found: dividing goes on as long as the estimated cost falls, and a tree has at most 16 references a triangle.
+    /// Found: division goes on as long as the estimated cost falls, and a tree has at most 16 references a triangle.
     Automatic,
     /// Given; 0 to 20. Cells whose division would take the tree beyond 4,096 references a triangle are leaves.
     AtMost(u32),
@@ -215,17 +215,17 @@ pub enum Resolution {
     Automatic,
     /// So many nearly cubic cells for each triangle of the group; above 0, at most 1024.
     CellsPerTriangle(f32),
-    /// So many cells in x, y and z; 1 to 65536 on each axis. Halved, again and again, where filing would take more
-    /// than 4,096 steps a triangle and 8 a cell, a step being a cell that the box of a triangle reaches into.
+    /// The number of cells in x, y and z; 1 to 65536 on each axis. All three are halved as long as filing would take
+    /// more than 4,096 steps a triangle and 8 a cell, where a step is a cell that the box of a triangle reaches into.
     Cells([u32; 3]),
 }
 
-/// What calculates with `f64`.
+/// Arithmetic unit for `f64`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Float64 {
-    /// The processor.
+    /// Instructions of the processor.
     Hardware,
-    /// Functions, as on a Cortex-M4 and on processors without any floats.
+    /// Library functions, as on a Cortex-M4 and on processors without a floating-point unit.
     Software,
 }
 

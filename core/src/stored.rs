@@ -1,12 +1,12 @@
 //! An index and its arena in one value: a field of a struct, or a static.
 //!
-//! An [`Index`] borrows its arena, so a struct that has both would borrow from itself. A [`Stored`] has the arena, and
-//! lends the index for as long as it is asked:
+//! An [`Index`] borrows its arena, so a struct with both would borrow from itself. A [`Stored`] owns the arena, and
+//! lends the index:
 //!
 //! ```text
 //! Stored: blocks, checked once --index()--> Index, from the header alone, in constant time
 //! ```
-//! Nobody can write to the blocks in between, so they need not be checked again.
+//! Nobody can write to the blocks between two calls of `index`, so no call checks them again.
 
 use core::marker::PhantomData;
 
@@ -14,9 +14,10 @@ use crate::index::{Index, Representation};
 use crate::memory::{Block, Image};
 use crate::{BuildError, ImageError, Options, Scene};
 
-/// Blocks that stay where they are and what they are as long as nobody borrows them to write.
+/// Blocks whose contents stay the same as long as nobody borrows the blocks to write.
 ///
-/// For `[Block; N]` and slices of them; it cannot be implemented for others, which might return other blocks each time.
+/// Implemented for `[Block; N]` and slices of blocks. Other types cannot implement it, since they might return other
+/// blocks each time.
 pub trait Storage: sealed::Sealed {
     /// The blocks.
     fn blocks(&self) -> &[Block];
@@ -49,7 +50,7 @@ impl Storage for &mut [Block] {
     }
 }
 
-/// An index that has its arena. It has its triangles too: one [beside](Scene::beside) a mesh cannot be stored.
+/// An index that owns its arena, triangles included: an index [beside](Scene::beside) a mesh cannot be stored.
 ///
 /// # Examples
 /// ```
@@ -99,7 +100,8 @@ impl<const N: usize, R: Representation> Stored<[Block; N], R> {
     /// Builds an index of a scene in `blocks`; see [`Index::build`].
     ///
     /// # Errors
-    /// As there, and [`BuildError::CannotBeStored`] for a scene whose index lies [beside](Scene::beside) it.
+    /// Any of [`BuildError`], and [`BuildError::CannotBeStored`] for a scene whose index lies
+    /// [beside](Scene::beside) the mesh.
     pub fn build(
         scene: &Scene<'_>,
         options: &Options,
@@ -115,7 +117,7 @@ impl<'a, R: Representation> Stored<&'a mut [Block], R> {
     /// Builds an index of a scene in blocks that live elsewhere; see [`Index::build`].
     ///
     /// # Errors
-    /// As [`Stored::build`].
+    /// Those of [`Stored::build`].
     pub fn build_in(
         scene: &Scene<'_>,
         options: &Options,

@@ -38,7 +38,7 @@ impl NodeRef {
     }
 }
 
-/// Memory that a tree is built with and then lives in, used anew for each step:
+/// Memory for building a tree and for the tree itself, divided anew for each step:
 ///
 /// ```text
 /// ranks:  codes u64 | keys u64 | buffer u64

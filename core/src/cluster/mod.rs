@@ -106,7 +106,7 @@ pub fn find<'s>(
     Ok(detect(scene, options, classes, arena).ok_or(full)?.0)
 }
 
-/// Scratch that a division of so many triangles occupies as long as it is used, but for the classes.
+/// Scratch that a division of `triangle_count` triangles occupies as long as it is used, without the classes.
 pub(crate) const fn division_bytes(triangle_count: usize) -> usize {
     size_of_slice::<u32>(triangle_count).saturating_mul(2)
 }
@@ -140,7 +140,7 @@ pub(crate) fn whole<'s>(
 }
 
 /// The division that `find` describes, and the scratch left over. `None` if the scratch is full. `classes` is
-/// empty if nobody asks for them, else as long as there are triangles.
+/// empty if the caller needs none, else as long as there are triangles.
 pub(crate) fn detect<'s>(
     scene: &Scene<'_>,
     options: &Options,
@@ -162,8 +162,8 @@ struct Found {
     class_count: u32,
 }
 
-/// Fills the lists, each as long as there are triangles; `classes` may be empty. On the way they hold what is needed
-/// before they are filled.
+/// Fills the lists, each as long as there are triangles; `classes` may be empty. Earlier steps use `order` and `ends`
+/// for the class of each triangle and for the triangles sorted by size.
 fn divide(
     scene: &Scene<'_>,
     options: &Options,

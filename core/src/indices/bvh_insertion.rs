@@ -99,7 +99,7 @@ impl Tree<'_> {
         Some(id as u32)
     }
 
-    /// Inserts a triangle, and returns how many nodes there are on the way to it.
+    /// Inserts a triangle, and returns the number of nodes on the way to its leaf.
     fn insert(&mut self, place: u32, bounds: Aabb, options: &Options) -> Option<usize> {
         let leaf = Node { bounds, links: [place, place], height: 0 };
         if self.used == 0 {

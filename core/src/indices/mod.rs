@@ -136,7 +136,7 @@ pub trait Structure: 'static {
     const GOES_BY_RAYS: bool = false;
     /// Whether the words hold the triangles, so that the image need not.
     const HOLDS_TRIANGLES: bool = false;
-    /// Whether `build` reads the cluster tree. If not, a dry run makes none, and [`Division::nodes`] is empty then.
+    /// True if `build` reads the cluster tree. If false, a dry run makes no tree, and [`Division::nodes`] is empty.
     const READS_TREE: bool = true;
 
     /// A bound on the scratch bytes that `triangle_count` triangles need, however they are divided.

@@ -67,7 +67,7 @@ pub(super) type Planes = [Option<f64>; 3];
 pub(super) trait Division {
     /// Bits of an inner node's first word that say which axes are divided; 0 if all always are.
     const AXES: u32;
-    /// How often choosing planes looks at each triangle.
+    /// Looks at each triangle that choosing planes takes.
     const LOOKS: u64;
 
     /// The planes for a cell that holds some triangles, strictly inside it; all `None` for a leaf.

@@ -1,4 +1,4 @@
-//! Opening an image of any kind, by what its header says, and refusing by name what was left out of the build.
+//! Opening an image of any kind by its header. Kinds that were left out of the build are refused by name.
 
 use super::{AnyIndex, IndexKind};
 use crate::memory::{MESH_BESIDE, image_kind};
@@ -21,11 +21,11 @@ const FAMILIES: [(u32, &str); 10] = [
 const FAMILY: u32 = 0xffff;
 
 impl IndexKind {
-    /// The kind of which an image is, by its header; the rest of it is not looked at.
+    /// Reads the kind of an image from its header; the rest of the image is not looked at.
     ///
     /// # Errors
-    /// [`ImageError::KindLeftOut`] for one that was left out of the build, [`ImageError::UnknownKind`], and those
-    /// that tell of a header.
+    /// [`ImageError::KindLeftOut`] for a kind that was left out of the build, [`ImageError::UnknownKind`], and the
+    /// errors of a header: `Misaligned`, `Truncated`, `NotAnImage`, `OtherByteOrder`, `OtherVersion`.
     pub fn of_image(bytes: &[u8]) -> Result<Self, ImageError> {
         let found = image_kind(bytes)? & !MESH_BESIDE;
         if let Some(&kind) = Self::ALL.iter().find(|kind| kind.image_kind() == found) {
@@ -39,8 +39,8 @@ impl IndexKind {
 }
 
 impl<'a> AnyIndex<'a> {
-    /// Takes over bytes that [`RayIndex::as_bytes`](crate::RayIndex::as_bytes) gave, of any kind that is compiled in; see
-    /// [`Index::from_bytes`](crate::Index::from_bytes).
+    /// Takes over bytes that [`RayIndex::as_bytes`](crate::RayIndex::as_bytes) gave, of any kind that is compiled in;
+    /// see [`Index::from_bytes`](crate::Index::from_bytes).
     ///
     /// # Errors
     /// Any of [`ImageError`].
@@ -62,7 +62,7 @@ impl<'a> AnyIndex<'a> {
         IndexKind::of_image(bytes)?.from_bytes(bytes)
     }
 
-    /// As [`AnyIndex::from_bytes`], for an index that lies [beside](crate::Scene::beside) a mesh; see
+    /// Takes over bytes of an index of any kind that lies [beside](crate::Scene::beside) a mesh; see
     /// [`Index::from_bytes_beside`](crate::Index::from_bytes_beside).
     ///
     /// # Errors

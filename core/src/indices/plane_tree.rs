@@ -48,7 +48,7 @@ pub(super) trait Division {
     /// Whether a division is only made if it pays by itself. Else, where the level is found
     /// automatically, it is found for the whole tree.
     const PAYS_BY_ITSELF: bool;
-    /// How often choosing a plane looks at each triangle.
+    /// Looks at each triangle that choosing a plane takes.
     const LOOKS: u64;
 
     /// The plane for a cell that holds some triangles, strictly inside it; `None` for a leaf.

@@ -11,7 +11,7 @@ use crate::auto::CostModel;
 /// Places tried: every 32nd of the part that triangles reach into. 16 cost 2 to 4% more tests, 64 were no better.
 const BINS: usize = 32;
 
-/// How often [`best_split`] looks at each triangle: for the extent, and for the bins.
+/// Looks at each triangle that [`best_split`] takes: one for the extent, one for the bins.
 pub(super) const SPLIT_LOOKS: u64 = 2;
 
 /// An axis of a cell with the triangles filed there.

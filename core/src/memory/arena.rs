@@ -33,14 +33,14 @@ impl Block {
     }
 }
 
-/// Something that starts at a multiple of [`ALIGNMENT`] bytes, as an image must: see
+/// A value that starts at a multiple of [`ALIGNMENT`] bytes, as an image must: see
 /// [`include_image!`](crate::include_image).
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Aligned<T: ?Sized>(pub T);
 
-/// The bytes of a file as `include_bytes!` gives them, but aligned, so that an index can be opened where the
-/// compiler put it, in ROM: `&'static [u8]`.
+/// Includes the bytes of a file as `include_bytes!` does, but aligned, so that an index can be opened in place, in ROM:
+/// a `&'static [u8]`.
 ///
 /// # Examples
 /// ```

@@ -74,7 +74,7 @@ struct Header {
 }
 
 impl Header {
-    /// The header of bytes that may be an image of this version.
+    /// Reads the header of bytes, and checks that they may be an image of this version.
     fn read(bytes: &[u8]) -> Result<Self, ImageError> {
         if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
             return Err(ImageError::Misaligned);
@@ -97,7 +97,7 @@ impl Header {
     }
 }
 
-/// The kind that an image says it is of.
+/// Reads the kind of an image from its header.
 pub(crate) fn image_kind(bytes: &[u8]) -> Result<u32, ImageError> {
     Header::read(bytes).map(|header| header.kind)
 }
@@ -192,7 +192,7 @@ pub struct Image<'a> {
 }
 
 impl<'a> Image<'a> {
-    /// An image in which there is nothing.
+    /// An image without triangles, nodes and words.
     pub(crate) const EMPTY: Self = Self {
         bytes: &[],
         kind: 0,

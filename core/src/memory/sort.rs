@@ -24,13 +24,13 @@ pub(crate) fn sort_by_key(keys: &mut [u64], values: &mut [u32], buffer: &mut Sor
     sort_by_digits(0..8, keys, values, buffer.keys, buffer.values);
 }
 
-/// Sorts `keys` by their upper half, with `buffer`, which is at least as long; the lower half is a value that comes
-/// along, and equal keys keep their order.
+/// Sorts `keys` by their upper half; the lower half is a value that moves with it, and equal upper halves keep their
+/// order. `buffer` is at least as long as `keys`.
 pub(crate) fn sort_by_upper_half(keys: &mut [u64], buffer: &mut [u64]) {
     sort_by_digits(4..8, keys, &mut [], buffer, &mut []);
 }
 
-/// Sorts by some digits of the keys, the lowest first; `values` are as many as the keys, or none.
+/// Sorts by a range of the keys' digits of eight bits, the lowest first. There are as many `values` as keys, or none.
 fn sort_by_digits(
     digits: Range<u32>,
     keys: &mut [u64],

@@ -27,10 +27,10 @@ impl<'a> Words<'a> {
         Self { slots, len: 0, steps: 0, most_steps }
     }
 
-    /// Counts steps: one for each triangle looked at.
+    /// Counts steps: one for each look at a triangle.
     ///
     /// # Errors
-    /// [`BuildError::TooMuchWork`] if there are more than allowed.
+    /// [`BuildError::TooMuchWork`] if the sum of all steps is more than allowed.
     #[inline]
     pub fn spend(&mut self, steps: u64) -> Result<(), BuildError> {
         self.steps = self.steps.saturating_add(steps);

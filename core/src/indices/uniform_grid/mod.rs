@@ -55,7 +55,7 @@ impl<'g> Grid<'g> {
         Self { group, axes: Axis::all(&group.bounds, cells), cells }
     }
 
-    /// The first and the last cell on each axis that the box of a triangle reaches into.
+    /// Finds the first and the last cell on each axis that the box of a triangle reaches into.
     fn cells_of(&self, triangle: &Triangle) -> [(u32, u32); 3] {
         let bounds = triangle.bounds();
         let [x, y, z] = &self.axes;
@@ -66,8 +66,8 @@ impl<'g> Grid<'g> {
         ]
     }
 
-    /// The steps of filing the triangles once: one for each cell that a triangle's box reaches into. Cost: a look at
-    /// each triangle.
+    /// Counts the steps of filing the triangles once: one for each cell that a triangle's box reaches into. Cost: a
+    /// look at each triangle.
     fn steps(&self) -> u64 {
         let cells = |triangle: &Triangle| {
             let sides = self.cells_of(triangle).map(|(first, last)| u64::from(last - first) + 1);

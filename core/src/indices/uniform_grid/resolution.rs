@@ -99,12 +99,13 @@ pub(super) fn cells_asked_for(group: &Group<'_>, options: &Options) -> Option<[u
     }
 }
 
-/// Steps of filing, a triangle and a cell, that a grid of given resolution may take; see [`bounded`].
+/// Steps of filing for each triangle that a grid of given resolution may take; see [`bounded`].
 const STEPS_A_TRIANGLE: u64 = 4096;
+/// Steps of filing for each cell, on top.
 const STEPS_A_CELL: u64 = 8;
 
-/// A grid of as many cells as asked for; or of half as many on each axis, and so on, where the boxes of the
-/// triangles reach into so many that filing them would take more than 4,096 steps a triangle and 8 a cell.
+/// Makes a grid of the cells asked for. As long as filing would take more than 4,096 steps a triangle and 8 a cell,
+/// because the boxes of triangles reach into many cells, the cells on each axis are halved.
 pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g> {
     loop {
         let grid = Grid::new(group, cells);

@@ -68,8 +68,8 @@ pub(in crate::indices) fn sort<'s>(
 ) -> Result<Sorted<'s>, BuildError> {
     let Division { triangles, clusters, ref nodes, .. } = *division;
     let count = triangles.len();
-    // No tree takes less than one that is balanced. What it takes is known at the end, since branches know nothing of
-    // each other; it is bounded by the depth.
+    // Branches may be built at once and do not share a count, so the steps are known only at the end; the depth bounds
+    // them. A limit below the steps of a balanced tree, the fewest of all, is refused here.
     let least = count as u64 * u64::from((count / LANES).checked_ilog2().unwrap_or(0) + 1);
     if least > words.steps_left() {
         words.spend(least)?;

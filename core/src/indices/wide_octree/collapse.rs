@@ -52,7 +52,7 @@ pub(super) struct Forest {
     leaves: [LeafCounts; LANES],
     /// Where it is divided; 0 for a leaf.
     at: u32,
-    /// How often an item was looked at to divide it.
+    /// Looks at an item that dividing took.
     pub steps: u64,
 }
 

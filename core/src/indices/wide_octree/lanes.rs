@@ -70,19 +70,19 @@ pub(super) const DISTANCE: f32 = 80.0 * R;
 /// the relative bounds do not cover that. 2^-150 would be enough, and slow: it is no normal number.
 pub(super) const ROUNDED: f32 = 8.271_806e-25; // 2^-80
 
-/// The way of a ray through a tree.
+/// Arithmetic for the walk of a ray through a tree.
 pub(in crate::indices) enum Way {
-    /// In lanes.
+    /// Lanes of `f32`.
     Lanes(LaneRay),
-    /// In `f64`, because the bounds of lanes do not hold.
+    /// Single boxes and triangles in `f64`, because the bounds of lanes do not hold.
     F64,
-    /// Past all of it.
+    /// None: the ray hits nothing of the tree.
     Missed,
 }
 
 impl Way {
-    /// Prepares a ray for a scene whose largest coordinate is given. Of one with a component that is 0, `may_hit` is
-    /// asked.
+    /// Prepares a ray for a scene whose largest coordinate is given. `may_hit` is called only for a ray with a
+    /// component that is 0.
     #[inline(always)]
     pub fn of(ray: &Ray, largest_coordinate: f32, may_hit: impl FnOnce() -> bool) -> Self {
         const COMPONENTS: u32 = 0b0111;
@@ -221,7 +221,7 @@ pub(in crate::indices) trait Lanes {
     /// What can be said of one triangle before the kernel is asked.
     #[inline(always)]
     fn judge(&Triangle { a, b, c }: &Triangle, _: &LaneRay, _: f32) -> Verdict {
-        // Corners that are one point: nothing in `f32` can tell that such a triangle is missed.
+        // Three equal corners: all `f32` volumes are 0, so only a comparison rejects such a triangle.
         if a == b && b == c { Verdict::Missed } else { Verdict::InDoubt }
     }
 }

@@ -20,7 +20,7 @@ pub(in crate::indices) trait Tree: Copy {
     /// The largest coordinate of any triangle.
     fn largest(self) -> f32;
 
-    /// Shows the children of a node, and in which lanes they are, until one is enough.
+    /// Shows the children of a node, each with its lane, until `show` breaks.
     fn for_each_child(
         self,
         link: u32,
@@ -125,8 +125,8 @@ pub(super) fn walk_in_lanes<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &
 }
 
 /// Rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
-/// processor works for the others. One where there are no vectors: such a processor does not wait, and each walk takes
-/// 2 KB of stack.
+/// processor works for the others. One ray where there are no vector registers: such a processor does not wait, and
+/// each walk takes 2 KB of stack.
 const IN_TURN: usize =
     if cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")) {
         4
@@ -195,7 +195,7 @@ struct Turn<L: Lanes, Q> {
 struct Walk<L: Lanes> {
     ray: LaneRay,
     next: Step,
-    /// What waits, up to `height`, and what once did.
+    /// Nodes that wait, up to `height`; entries above are left over.
     stack: ArrayVec<(L::Keys, u32), STACK>,
     height: usize,
 }
@@ -218,7 +218,7 @@ impl<L: Lanes> Walk<L> {
         self.height = 0;
     }
 
-    /// Takes what waits on top.
+    /// Takes the topmost node that waits.
     #[inline(always)]
     fn pop(&mut self) -> Option<(L::Keys, u32)> {
         self.height = self.height.checked_sub(1)?;
@@ -252,8 +252,8 @@ impl<L: Lanes> Walk<L> {
         let Some(child) = tree.child(above, lane) else { return DONE };
         self.next = child;
         let rest = L::without(keys, lane);
-        // Written always, and kept if there is a child left: a branch on that would often be mispredicted. That the
-        // stack grows is rare.
+        // The entry is always written, and kept if a child is left: a branch on that would often be mispredicted. The
+        // branch on whether the stack grows is taken rarely.
         let entry = (rest, above);
         if let Some(slot) = self.stack.get_mut(self.height) {
             *slot = entry;
@@ -292,8 +292,9 @@ pub(in crate::indices) fn decide_each<L: Lanes, Q: Query>(
     ControlFlow::Continue(())
 }
 
-/// Tells whether all boxes of the root have no extent on an axis on which the ray has none; then nothing in them is
-/// hit: see [`Aabb::is_along`]. Asked of the root only: lanes would have to be asked at every node.
+/// Tells whether each box of the root has no extent on an axis on which the direction is 0; the ray hits nothing in
+/// such boxes: see [`Aabb::is_along`]. The walk in lanes does not test this at other nodes, because every ray would
+/// pay.
 #[cold]
 #[inline(never)]
 fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
@@ -304,11 +305,10 @@ fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
     link & LEAF == 0 && tree.for_each_child(link, flat).is_continue()
 }
 
-/// For rays beyond what `lanes` can bound: box by box, triangle by triangle, the child in the last lane first.
+/// Walks a ray that `lanes` cannot bound: box by box, triangle by triangle, the child in the last lane first.
 ///
-/// A node waits as its link and a bit for each child that the ray meets and that was not entered; where the ray enters
-/// a child is computed again when its turn comes. With that and the child kept for each of them, the stack would take
-/// 17 KB.
+/// A waiting node is its link and a bit for each child that the ray meets and that was not entered. The span in a
+/// child's box is computed again when its turn comes: kept with each child, spans would make the stack 17 KB.
 #[cold]
 #[inline(never)]
 fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
