@@ -6,12 +6,13 @@
 
 use core::marker::PhantomData;
 
+use crate::capacity::{Capacity, scratch_with};
 use crate::cluster;
 use crate::geometry::Ray;
 use crate::indices::{Division, Statistics, Structure};
 use crate::memory::{
     Arena, ClusterNode, Image, Layout, MESH_BESIDE, NodeId, WORDS_HOLD_TRIANGLES, Words,
-    encode_header, padded, size_of_slice,
+    encode_header,
 };
 use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
 use crate::{BuildError, Executor, ImageError, Mesh, Options, Scene, Sequential, Vectors};
@@ -46,18 +47,6 @@ pub trait RayIndex {
     fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool;
 }
 
-/// Memory and work that a build needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Capacity {
-    /// For the index: exactly what it will use.
-    pub index: usize,
-    /// For the build; free again afterwards.
-    pub scratch: usize,
-    /// The work of the build, in looks at a triangle: at most a multiple of `n log n`, wherever the `n` triangles
-    /// lie.
-    pub steps: u64,
-}
-
 /// What an index consists of: a structure over the whole scene, or over its clusters.
 ///
 /// Implemented for every [`Structure`] (the *simple* representations) and for [`crate::Clustered`] of it
@@ -73,29 +62,6 @@ pub trait Representation: 'static {
     const KIND: u32 = <Self::Structure as Structure>::KIND
         | (Self::CLUSTERED as u32) << 16
         | if Self::Structure::HOLDS_TRIANGLES { WORDS_HOLD_TRIANGLES } else { 0 };
-}
-
-/// Bounds the scratch bytes of a build whose structure needs `structure` bytes of them.
-pub(crate) const fn scratch_with<R: Representation>(
-    triangle_count: usize,
-    structure: usize,
-) -> usize {
-    let build = padded(structure);
-    let nodes = match (R::Structure::READS_TREE, R::CLUSTERED) {
-        (false, _) => 0,
-        (true, true) => triangle_count.saturating_mul(2).saturating_sub(1),
-        (true, false) => 1,
-    };
-    let nodes = size_of_slice::<ClusterNode>(nodes);
-    if !R::CLUSTERED {
-        return cluster::whole_bytes(triangle_count).saturating_add(nodes.saturating_add(build));
-    }
-    // Finding clusters comes first; joining and then building use the same memory again.
-    let (detect, join) =
-        (cluster::detect_bytes(triangle_count), cluster::join_bytes(triangle_count));
-    let later = nodes.saturating_add(if join > build { join } else { build });
-    let steps = if detect > later { detect } else { later };
-    cluster::division_bytes(triangle_count).saturating_add(steps)
 }
 
 /// An index in an arena.

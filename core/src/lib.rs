@@ -52,6 +52,7 @@
 )]
 
 pub mod auto;
+mod capacity;
 pub mod cluster;
 mod error;
 mod executor;
@@ -65,11 +66,12 @@ mod scene;
 mod stored;
 mod vectors;
 
+pub use capacity::Capacity;
 pub use error::{BuildError, ImageError};
 pub use executor::{Executor, Sequential};
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
-pub use index::{Capacity, Index, RayIndex, Representation};
+pub use index::{Index, RayIndex, Representation};
 #[cfg(feature = "bsp-tree")]
 pub use indices::BspTree;
 #[cfg(feature = "bvh")]

@@ -20,7 +20,8 @@ use super::UniformGrid;
 use super::WideOctree;
 use super::{Clustered, Linear, Structure};
 use crate::auto::CostModel;
-use crate::index::{Capacity, Index, RayIndex, Representation, scratch_with};
+use crate::capacity::{Capacity, scratch_with};
+use crate::index::{Index, RayIndex, Representation};
 use crate::memory::Image;
 use crate::query::{AllHits, Counters, Hit};
 use crate::{
