@@ -1,13 +1,13 @@
 //! Scenes that no plane parts: triangles upon triangles, about one point, or far longer than they are wide.
 //!
-//! Each is a function of its number of triangles. They come from reports of builds that did not end.
+//! Each scene is a function of its number of triangles. The scenes come from reports of builds that did not end.
 
 use arboleda::{Triangle, Vec3};
 
 use crate::random::Random;
 use crate::scenes;
 
-/// A scene of so many triangles.
+/// Makes a scene of a number of triangles.
 pub type Crowd = fn(usize) -> Vec<Triangle>;
 
 /// All of them, with their names.

@@ -1,15 +1,15 @@
-//! Pairs of a ray and a triangle of which volumes are exactly 0: at edges and corners, in the plane, without area.
+//! Pairs of a ray and a triangle with a volume of exactly 0: at edges and corners, in the plane, without area.
 //!
-//! They are made of small whole numbers, so that what is meant to be 0 is; then every axis is turned and gets a power
-//! of two of its own. That multiplies all volumes by powers of two, so a zero stays one and neither a hit nor its
-//! weights change, however far apart the exponents are. The kernel decides with whole numbers where they lie close
-//! together and with long sums where they do not; both are wanted.
+//! Pairs are made of small whole numbers, so that each intended 0 is exact. Then the axes change places, and each gets
+//! a power of two of its own. That multiplies all volumes by a power of two, so zeros stay zeros, and neither a hit nor
+//! its weights change, however far apart the exponents are. The kernel decides with whole numbers where exponents lie
+//! close together, and with long sums where they do not; the pairs reach both.
 
 use arboleda::{Ray, Triangle, Vec3};
 
 use crate::random::{Random, power_of_two};
 
-/// A way of being 0.
+/// A way in which a volume is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Zeros {
     /// Any coordinates of a small lattice.
@@ -18,7 +18,7 @@ pub enum Zeros {
     Corner,
     /// Through a point of an edge, or of the line on which it lies.
     Edge,
-    /// In the triangle's plane.
+    /// The ray lies in the triangle's plane.
     Coplanar,
     /// Two or three corners are one point.
     EqualCorners,
@@ -26,7 +26,7 @@ pub enum Zeros {
     Collinear,
     /// Along an axis or across one, at coordinates of the corners.
     ZeroComponents,
-    /// From a point of the plane: `t` is 0.
+    /// The ray begins in the triangle's plane: `t` is 0.
     FromThePlane,
     /// Down on the lines of a height field whose step is no power of two.
     HeightField,

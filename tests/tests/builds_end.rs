@@ -66,7 +66,7 @@ fn references_are_bounded() {
     }
 }
 
-/// A deep level asked for is taken at its word only as far as it divides something.
+/// A deep level that is given is reached only as far as divisions part triangles.
 #[test]
 fn given_levels_and_resolutions_end() {
     let deepest = Options { level: Level::AtMost(20), leaf_capacity: 1, ..Options::default() };
@@ -83,7 +83,7 @@ fn given_levels_and_resolutions_end() {
     }
 }
 
-/// Whoever limits the work gets an error or an index, and the limit is exact.
+/// A build with a limit of work gives an error or an index, and the limit is exact.
 #[test]
 fn the_work_limit_is_kept() {
     let triangles = crowds::planes_through_a_point(300);

@@ -131,7 +131,7 @@ fn run<P: Pairs>(pairs: P, job: usize) -> Outcome<P> {
 }
 
 /// # Panics
-/// Where a bit is wrong, or hits or misses are too few.
+/// Panics if a bit is wrong, or hits or misses are too few.
 fn all_are_exact<P: Pairs>(ways: &[P]) {
     let jobs = ways.len() * P::PAIRS.div_ceil(CHUNK);
     let outcomes = parallel::map(jobs, |job| run(ways[job % ways.len()], job));

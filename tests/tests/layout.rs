@@ -1,5 +1,5 @@
-//! What other languages may rely on: where the fields of triangles and hits lie. (Those of rays are private: a test in
-//! the core has them.)
+//! Layouts that other languages may rely on: the fields of triangles, hits and counters. (A test in the core has the
+//! fields of rays, which are private.)
 
 use core::mem::{align_of, offset_of, size_of};
 

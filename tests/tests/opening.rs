@@ -1,4 +1,4 @@
-//! Ways to open an index, and to size its memory, that small devices have need of.
+//! Ways to open an index, and to size its memory, that small devices need.
 
 use arboleda::{
     AnyIndex, Block, BuildError, Clustered, ImageError, Index, IndexKind, Linear, Mesh, Octree,
@@ -10,7 +10,7 @@ use arboleda_tests::scenes;
 const COUNT: usize = 200;
 const SCRATCH: usize = IndexKind::OctreeHierarchy.scratch_capacity(COUNT, &Options::DEFAULT);
 
-/// As a device has it.
+/// Scratch sized by the compiler, as on a device.
 static SCRATCH_BLOCKS: [Block; Block::count(SCRATCH)] = [Block::ZERO; Block::count(SCRATCH)];
 
 fn triangles() -> Vec<Triangle> {
@@ -108,7 +108,7 @@ fn a_stored_index_is_opened_again_and_again() {
     assert_eq!(beside.err(), Some(BuildError::CannotBeStored));
 }
 
-/// What the builds of 200 triangles take at most. May become less.
+/// Bounds on the scratch for 200 triangles. They may become less.
 #[test]
 fn scratch_of_two_hundred_triangles() {
     let most = [

@@ -67,9 +67,9 @@ fn thousands_of_triangles_do() {
     }
 }
 
-/// Counted on a Cortex-M4, in instructions a ray on 200 triangles: 9,500 in wide octrees, 18,300 in the kd-tree, 30,800 in
-/// the octree hierarchy, 36,800 in the bounding volume hierarchy, 39,900 in the linear scan. With `f64` in hardware, the
-/// linear scan is far behind.
+/// Counted on a Cortex-M4, in instructions a ray on 200 triangles: 9,500 in wide octrees, 18,300 in the kd-tree, 30,800
+/// in the octree hierarchy, 36,800 in the bounding volume hierarchy, 39,900 in the linear scan. With `f64` in hardware,
+/// the linear scan is far behind.
 #[test]
 fn software_floats_are_weighed_as_they_were_counted() {
     let triangles = scenes::soup(200, 1);
@@ -193,7 +193,7 @@ fn the_reason_has_the_numbers() {
     }
 }
 
-/// Selects among all kinds for so many rays.
+/// Selects among all kinds for a number of rays.
 fn select_for(triangles: &[Triangle], rays: u64) -> Selection {
     let mut arena = vec![Block::ZERO; Block::count(64 << 20)];
     let mut scratch = scratch_for(triangles);
@@ -202,7 +202,7 @@ fn select_for(triangles: &[Triangle], rays: u64) -> Selection {
     select(&scene, &Options::default(), IndexKind::ALL, arena, scratch).unwrap()
 }
 
-/// For one ray nothing is worth building; for a few, only what is cheap to build; for many, all is tried.
+/// For one ray no build is worth its cost; for a few, only cheap builds are; for many, all candidates are tried.
 #[test]
 fn the_more_rays_the_more_is_tried() {
     let triangles = scenes::icosphere(5);

@@ -1,6 +1,6 @@
 //! Rays and triangles that the filters cannot decide take about as long as others: ratios in one run.
 //!
-//! Each ratio was 20 to 100 when all of them went through expansions. The limits leave room for a busy machine.
+//! Each ratio was 20 to 100 when expansions decided all such pairs. The limits leave room for a busy machine.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -52,7 +52,7 @@ fn on_grid_lines() -> Vec<Ray> {
     })
 }
 
-/// How many times as long the first takes as the second, each at its fastest.
+/// Measures the ratio of two times, each the fastest of its rounds.
 fn ratio(mut first: impl FnMut(), mut second: impl FnMut()) -> f64 {
     let mut least = [Duration::MAX; 2];
     let timed = |work: &mut dyn FnMut()| {

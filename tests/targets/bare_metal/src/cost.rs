@@ -1,4 +1,4 @@
-//! What rays cost each index on a processor, beside what they visit: the rows that `auto`'s weights are fitted to.
+//! Cost of rays in each index on a processor, beside their counters: the rows that `auto`'s weights are fitted to.
 
 use core::fmt::{self, Write};
 
@@ -6,7 +6,7 @@ use arboleda::{AnyIndex, Block, Counters, IndexKind, Options, Ray, Scene, Vec3};
 
 use crate::{Memory, Numbers, TRIANGLES, write_scene};
 
-/// So many triangles of the scene, from the first.
+/// Numbers of triangles that are indexed, from the scene's first.
 const COUNTS: [usize; 5] = [24, 72, 120, 200, TRIANGLES];
 const RAYS: usize = 64;
 
@@ -14,7 +14,7 @@ const RAYS: usize = 64;
 /// went on during the same rays, not counted.
 ///
 /// # Errors
-/// If the output fails, or a build.
+/// Fails if the output or a build does.
 pub fn run(out: &mut dyn Write, clock: impl Fn() -> u64) -> fmt::Result {
     let memory = crate::memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {

@@ -1,8 +1,9 @@
-//! How much stack builds and queries take on a Cortex-M: memory below the stack pointer is painted, and what has
-//! lost its colour afterwards was used.
+//! Stack of builds and queries on a Cortex-M: memory below the stack pointer is painted, and words that have lost
+//! their colour afterwards were used.
 //!
-//! A query's frames do not depend on the scene, only on which of them are entered. So rays are made that enter all:
-//! those the lanes take and those they do not, and pairs that every stage of the exact kernel decides.
+//! A query's frames do not depend on the scene, only on which functions are entered. So the rays enter all of them:
+//! rays for lanes and rays for `f64`, and pairs that every stage of the exact kernel decides. A build's frames do
+//! depend on the scene, by the depth of its tree.
 
 use core::arch::asm;
 use core::fmt::{self, Write};
@@ -20,7 +21,7 @@ const COLOUR: u32 = 0xa5c3_5a3c;
 /// Writes one line for each index; to be called once.
 ///
 /// # Errors
-/// If the output or a build fails.
+/// Fails if the output or a build does.
 pub fn run(out: &mut dyn Write) -> fmt::Result {
     let memory = memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {
@@ -46,7 +47,7 @@ pub fn run(out: &mut dyn Write) -> fmt::Result {
     Ok(())
 }
 
-/// The bytes of stack that some work takes.
+/// Measures the bytes of stack that some work takes.
 #[inline(never)]
 fn used_by(work: &mut dyn FnMut()) -> usize {
     let top: usize;

@@ -240,10 +240,10 @@ pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>, mesh: Mesh
         + statistics.joined(statistics).references
 }
 
-/// Opens an image of any kind by its header, and one that is stored.
+/// Opens an image of any kind by its header, and a stored one.
 ///
 /// # Safety
-/// As [`Slice::get`], for every slice.
+/// Every slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_open(
     image: Slice<u8>,

@@ -1,7 +1,7 @@
-//! What rays cost each index on a Cortex-M, in instructions; `cost` tells what the columns are.
+//! Cost of rays in each index on a Cortex-M, in instructions; `cost` describes the columns.
 //!
-//! Run by an emulator that counts instructions, `qemu-system-arm -M mps2-an386 -icount shift=0`: each takes a nanosecond,
-//! and the timer goes on once in 40 of them.
+//! Run by an emulator that counts instructions, `qemu-system-arm -M mps2-an386 -icount shift=0`: an instruction takes a
+//! nanosecond, and the timer ticks once in 40 of them.
 #![no_std]
 #![no_main]
 
