@@ -22,9 +22,10 @@ pub fn select_index(scene: &Scene<'_>, options: &Options) -> Result<Selection, B
     select(scene, options, USUAL, arena.bytes(), scratch.bytes())
 }
 
-/// Zeroed memory of which only what is touched becomes resident.
+/// Zeroed memory of which only touched pages become resident.
 ///
-/// A vector of blocks would be filled with zeros by hand, because their alignment is more than the system's.
+/// A vector of blocks would be filled with zeros in a loop, and so be resident: blocks are aligned more strictly than
+/// memory that the allocator hands out as zeros.
 struct Untouched(Vec<u64>);
 
 impl Untouched {

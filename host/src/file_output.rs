@@ -3,8 +3,8 @@
 //! ```text
 //! check_writable ... work ... write_file: beside the target, then renamed over it
 //! ```
-//! An interrupted or failed write leaves what was there before. What is no regular file, as a pipe or a device, is
-//! written directly.
+//! An interrupted or failed write leaves the old file as it was. A target that is no regular file, such as a pipe or a
+//! device, is written directly.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use tempfile::NamedTempFile;
 
-/// Finds out whether a file can be written, before the work that it is for. Leaves nothing behind.
+/// Checks that a file can be written, before the work for it is done. Leaves nothing behind.
 ///
 /// # Errors
-/// If there is no such folder, if nothing can be made in it, or if the file is a folder or read-only.
+/// Fails if the file's folder does not exist or cannot be written to, or if the path is a folder or a read-only file.
 pub fn check_writable(path: &Path) -> anyhow::Result<()> {
     match Target::of(path)? {
         Target::Stream => Ok(()),
@@ -26,10 +26,10 @@ pub fn check_writable(path: &Path) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a file by what `fill` writes.
+/// Writes a file; `fill` gives the contents.
 ///
 /// # Errors
-/// As [`check_writable`]; if `fill` fails, or the device is full.
+/// Those of [`check_writable`]; fails too if `fill` fails, or the device is full.
 pub fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -48,7 +48,7 @@ pub fn write_file(
         Target::Regular { file, folder } => {
             let part = temporary(&folder).with_context(|| cannot_write(path))?;
             filled(part.as_file()).with_context(|| cannot_write(path))?;
-            // A file that is replaced keeps who may read it.
+            // The new file gets the permissions of the one that it replaces.
             if let Ok(replaced) = fs::metadata(&file) {
                 part.as_file()
                     .set_permissions(replaced.permissions())
@@ -60,10 +60,10 @@ pub fn write_file(
     }
 }
 
-/// Makes a folder for files, and those above it.
+/// Makes a folder for files, and the folders above it.
 ///
 /// # Errors
-/// If it cannot be made, or nothing in it.
+/// Fails if the folder cannot be made, or no file in it.
 pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder)
         .and_then(|()| temporary(folder).map(drop))
@@ -74,11 +74,11 @@ fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
 
-/// What a path leads to.
+/// The end of a path.
 enum Target {
     /// A pipe, a terminal, a device.
     Stream,
-    /// A file that is there or can be.
+    /// A file that exists or can be made.
     Regular { file: PathBuf, folder: PathBuf },
 }
 
@@ -104,7 +104,7 @@ impl Target {
     }
 }
 
-/// A file that vanishes if it is not renamed; readable by whom the system's mask allows.
+/// Makes a file that is deleted unless it is renamed. Its permissions are those of any new file, by the system's mask.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".arboleda-").suffix(".part");

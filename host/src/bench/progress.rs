@@ -1,4 +1,4 @@
-//! How far something has come, on stderr where that is a terminal, unless `--quiet` was given.
+//! Progress of long work, on stderr where that is a terminal, unless `--quiet` was given.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ pub fn photon_bar(photons: u64, label: &str) -> ProgressBar {
     )
 }
 
-/// Says what is being done and for how long, until it is done.
+/// Shows the label and the time elapsed while `work` is done.
 pub fn during<T>(label: &str, work: impl FnOnce() -> T) -> T {
     let spinner = bar(0, label, "{spinner} {prefix}, {elapsed}");
     spinner.enable_steady_tick(Duration::from_millis(250));

@@ -31,7 +31,7 @@ pub struct SceneArguments {
     origin: OriginArgument,
 }
 
-/// Where the coordinates of scene files begin.
+/// Option for the origin of the coordinates of scene files.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct OriginArgument {
     /// Subtract a point from the coordinates of scene files, in 64 bits, before they are rounded to 32;
@@ -49,7 +49,7 @@ impl OriginArgument {
 }
 
 impl SceneArguments {
-    /// Loads the file, and prints what it says that is not in the model; or makes the built-in scene.
+    /// Loads the file and logs warnings about it, or makes the built-in scene.
     ///
     /// # Errors
     /// If neither or an unknown scene is named, or the file cannot be used.
@@ -226,13 +226,13 @@ fn what_it_is(kind: IndexKind) -> &'static str {
     }
 }
 
-/// Says why an index was not built in terms of the command line, which knows no arenas.
+/// Words the error of a build for the command line, which has options but no arenas.
 pub fn unbuilt(error: &BuildError) -> anyhow::Error {
     match *error {
         BuildError::ArenaFull { needed, .. } | BuildError::ScratchFull { needed, .. } => {
             anyhow::anyhow!(
                 "the index would take {}, more than is given to this scene: lower --level, raise --leaf-capacity, \
-             or name another with --index",
+                 or name another with --index",
                 bytes(needed)
             )
         }

@@ -20,9 +20,9 @@ const SAMPLE_RAYS: usize = 1024;
 
 /// Answer the rays of a NumPy file
 ///
-/// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): and t_min, t_max (else 0 and +inf). A
-/// direction need not be of unit length; t counts in its lengths. Origins are in the coordinates of the scene's file,
-/// also with `--origin`.
+/// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): origin, direction, t_min, t_max. Without
+/// them, t_min is 0 and t_max +inf. A direction need not be of unit length; t counts in lengths of the direction.
+/// Origins are in the coordinates of the scene's file, also with `--origin`.
 ///
 /// HITS is a structured array [('triangle','<u4'),('t','<f4'),('u','<f4'),('v','<f4')] in ray order; triangle ids
 /// count faces in file order after triangulation, u and v are the weights of the second and third corner, a miss is
@@ -37,10 +37,11 @@ pub struct Cast {
     /// The rays: a .npy file
     #[arg(long, value_name = "RAYS.npy")]
     rays: PathBuf,
-    /// Where the hits go: a .npy file; with `--index all`, h.npy gives h.linear.npy and so on, as with all below
+    /// Write the hits to a .npy file. With `--index all`, `--hits h.npy` writes h.linear.npy and so on, one file for
+    /// each index; so do `--points` and `--normals`
     #[arg(long, value_name = "HITS.npy", required_unless_present_any = ["points", "normals", "object_names"])]
     hits: Option<PathBuf>,
-    /// Write the hit points, too: float32, NaN for a miss; each lies on its triangle as far as float32 allows
+    /// Write the hit points, too: NaN for a miss; each lies on its triangle as far as float32 allows
     #[arg(long, value_name = "POINTS.npy")]
     points: Option<PathBuf>,
     /// Write the geometric unit normals, too: float32, NaN for a miss. They point to where the corners, in their order
@@ -104,16 +105,16 @@ impl Cast {
         Ok(())
     }
 
-    /// The files that each index gives.
+    /// The files that are written for each index.
     fn files(&self) -> impl Iterator<Item = &Path> {
         [&self.hits, &self.points, &self.normals].into_iter().flatten().map(PathBuf::as_path)
     }
 
-    /// Refuses what cannot be written before it is worked for.
+    /// Refuses outputs that cannot be written, before any work is done for them.
     fn check_outputs(&self) -> anyhow::Result<()> {
         ensure!(
             self.query != Question::Occluded || (self.points.is_none() && self.normals.is_none()),
-            "--query occluded finds no hit of which there were points or normals; ask for --query closest"
+            "--query occluded finds no hit points and no normals; ask for --query closest"
         );
         let files: Vec<&Path> = self.files().chain(self.object_names.as_deref()).collect();
         for (at, file) in files.iter().enumerate() {
@@ -168,7 +169,8 @@ impl Cast {
         Ok(())
     }
 
-    /// The answers in the order of the rays and, where a ray has several, where each ray's begin.
+    /// Answers the rays in their order. Where a ray may have several records, returns the place of each ray's first
+    /// record too.
     fn records(
         &self,
         index: &(dyn RayIndex + Sync),
@@ -226,7 +228,7 @@ fn named(path: &Path, name: &str) -> PathBuf {
     path.with_extension(format!("{name}.{extension}"))
 }
 
-/// Warns how many rays are not valid, why, and which comes first.
+/// Warns of rays that are not valid: their number, the first one, and the reason.
 fn report_refused(rays: &[Result<Ray, RayError>]) {
     let refused: Vec<_> =
         rays.iter().enumerate().filter_map(|(at, ray)| Some((at, ray.as_ref().err()?))).collect();

@@ -58,7 +58,7 @@ pub struct Compare {
     calibrate: bool,
 }
 
-/// What else the page may show.
+/// A study that the page may show besides the comparison.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Study {
     /// Every index on cities and mixed scenes from small to large
@@ -131,7 +131,7 @@ impl Compare {
         }
     }
 
-    /// The command line that gives the same page again, but for the scenes.
+    /// Writes the command line that makes the same page again, without the scenes.
     fn command(&self) -> String {
         let studies = self.studies.iter().filter_map(ValueEnum::to_possible_value);
         let studies: Vec<String> = studies.map(|study| study.get_name().to_owned()).collect();
@@ -142,7 +142,7 @@ impl Compare {
         command
     }
 
-    /// Whether a study is to be added, which is said: it takes its time.
+    /// Tells whether a study is to be added, and if so logs that it takes a while.
     fn adds(&self, study: Study, what: &str) -> bool {
         let added = self.studies.contains(&study) || self.studies.contains(&Study::All);
         if added {

@@ -31,14 +31,17 @@ pub struct PeerArguments {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
     index: Vec<String>,
     /// With --peers: rays in each mode
-    #[arg(long, value_name = "N", default_value_t = 500_000, requires = "peers", value_parser = whole::<usize>(1..=MOST_RAYS))]
+    #[arg(long, value_name = "N", default_value_t = 500_000, requires = "peers",
+        value_parser = whole::<usize>(1..=MOST_RAYS))]
     rays: usize,
     /// With --peers: rays from inside scenes that are closed meshes, all of which must hit
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, requires = "peers", value_parser = whole::<usize>(0..=MOST_RAYS))]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, requires = "peers",
+        value_parser = whole::<usize>(0..=MOST_RAYS))]
     leak_rays: usize,
     /// With --peers: also the first of ours and Embree from 1,000 triangles to N, ten times as many each
     /// step; 10000000 if N is left out
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "10000000", requires = "peers", value_parser = whole::<u32>(1000..=100_000_000))]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "10000000", requires = "peers",
+        value_parser = whole::<u32>(1000..=100_000_000))]
     pub growth: Option<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! What `shoot --out` writes: the photons that each triangle received, by side.
+//! The file that `shoot --out` writes: the photons that each triangle received, by side.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::hit_files::write_npy;
 use crate::file_output::write_file;
 use crate::photon::Shot;
 
-/// One triangle.
+/// The photons and watts that one triangle received.
 #[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]
 struct Received {
     front_photons: u64,
@@ -18,7 +18,7 @@ struct Received {
 /// The columns of the CSV file: the triangle, and the fields of the array.
 const COLUMNS: [&str; 5] = ["triangle", "front_photons", "back_photons", "front_flux", "back_flux"];
 
-/// Writes a row for each triangle in the order of ids, as CSV where the name ends so, else as a structured array.
+/// Writes a row for each triangle in the order of ids: as CSV if the name ends in .csv, else as a structured array.
 ///
 /// # Errors
 /// If the file cannot be written.

@@ -1,4 +1,4 @@
-//! What `cast` writes: hits, and what follows from them and the model.
+//! The files that `cast` writes: hits, and the points, normals and object names that follow from hits and the model.
 
 use std::path::Path;
 
@@ -20,13 +20,13 @@ pub struct Record {
 }
 
 impl Record {
-    /// Nothing is hit.
+    /// A miss.
     pub const MISS: Self =
         Self { triangle: Hit::NONE.triangle.0, t: Hit::NONE.t, u: Hit::NONE.u, v: Hit::NONE.v };
-    /// Something is hit, never mind what.
+    /// A hit of any triangle at any `t`.
     pub const SOME: Self = Self { triangle: 0, t: 0.0, u: 0.0, v: 0.0 };
 
-    /// Whether it is a hit.
+    /// Tells whether the record is a hit.
     pub fn is_hit(&self) -> bool {
         self.triangle != Self::MISS.triangle
     }
@@ -38,8 +38,8 @@ impl From<Hit> for Record {
     }
 }
 
-/// The hit points in the coordinates of the scene's file, or NaN: from `u` and `v` in `f64`, so that they lie on the
-/// triangle wherever the ray began.
+/// Computes the hit points, in the coordinates of the scene's file; NaN for a miss. They come from `u` and `v` in `f64`
+/// and not from `t`, so that they lie on the triangle wherever the ray began.
 pub fn points(model: &Model, records: &[Record]) -> Vec<f64> {
     let mut points = per_hit(model, records, |[a, b, c], record| {
         a + (b - a) * f64::from(record.u) + (c - a) * f64::from(record.v)
@@ -50,8 +50,8 @@ pub fn points(model: &Model, records: &[Record]) -> Vec<f64> {
     points
 }
 
-/// Writes the hit points: in `f32`, which the coordinates of the triangles have; in `f64` where an origin was
-/// subtracted, since `f32` cannot hold the file's coordinates.
+/// Writes the hit points: in `f32`, as the coordinates of the triangles are; or in `f64` if an origin was subtracted,
+/// since `f32` cannot hold the file's coordinates then.
 ///
 /// # Errors
 /// If the file cannot be written.
@@ -65,7 +65,8 @@ pub fn write_points(path: &Path, model: &Model, records: &[Record]) -> anyhow::R
     }
 }
 
-/// The unit normals, or NaN: in `f64`, towards where the corners are seen counter-clockwise.
+/// Computes the unit normals in `f64`; NaN for a miss. They point to the side from which the corners are seen
+/// counter-clockwise.
 pub fn normals(model: &Model, records: &[Record]) -> Vec<f32> {
     let normals = per_hit(model, records, |[a, b, c], _| {
         // Edges are multiples of 2^-149 below 2^129: the squares of their products are well within `f64`.
@@ -95,7 +96,7 @@ fn per_hit(
     coordinates
 }
 
-/// Writes values of a shape whose product is their number.
+/// Writes values as an array; the product of `shape` is the number of values.
 ///
 /// # Errors
 /// If the file cannot be written.

@@ -66,11 +66,11 @@ impl CommandLine {
     }
 }
 
-/// Does what the arguments ask, the first of which is the program's name. Errors are printed.
+/// Runs the command that the arguments name, and prints errors. The first argument is the program's name.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let line = match parse(arguments) {
         Ok(line) => line,
-        // Help and version are answers, too, and come here; they may not fit on a full device.
+        // Help and version come here too; printing them fails on a full device.
         Err(answer) => {
             let code = u8::try_from(answer.exit_code()).unwrap_or(1);
             return if answer.print().is_ok() { code.into() } else { ExitCode::FAILURE };
@@ -93,13 +93,13 @@ fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandLine, c
     if let Some((name, _)) = matches.subcommand()
         && let Some(option) = misplaced_option(&command, &matches)
     {
-        let text = format!("--{option} before `{name}` is for no command; write it after `{name}`");
+        let text = format!("--{option} before `{name}` has no effect; write it after `{name}`");
         return Err(command.error(ErrorKind::ArgumentConflict, text));
     }
     CommandLine::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// The first option before the name of a command that is not for all commands.
+/// Finds the first option that stands before the name of a command and is not for all commands.
 fn misplaced_option<'c>(command: &'c clap::Command, matches: &ArgMatches) -> Option<&'c str> {
     let given = |argument: &&clap::Arg| {
         let source = matches.value_source(argument.get_id().as_str());
@@ -108,7 +108,7 @@ fn misplaced_option<'c>(command: &'c clap::Command, matches: &ArgMatches) -> Opt
     command.get_arguments().find(given)?.get_long()
 }
 
-/// Lets `-1` be the value of an option and not an option that does not exist: its range is then what is wrong.
+/// Reads `-1` as the value of an option, not as an option that does not exist, so that the message names the range.
 fn with_negative_values(command: clap::Command) -> clap::Command {
     command
         .mut_args(|argument| {
@@ -118,7 +118,7 @@ fn with_negative_values(command: clap::Command) -> clap::Command {
         .mut_subcommands(with_negative_values)
 }
 
-/// Shows notes as they are and warnings as such, on stderr.
+/// Shows notes as they are and warnings behind `warning: `, on stderr.
 fn speak_from(level: LevelFilter) {
     env_logger::Builder::new()
         .filter_module(env!("CARGO_CRATE_NAME"), level)
@@ -129,7 +129,7 @@ fn speak_from(level: LevelFilter) {
         .init();
 }
 
-/// The error and its causes; a cause that an error tells in its own text is not told again.
+/// Joins an error and its causes in one line; a cause that already stands in the text is left out.
 fn message(error: &anyhow::Error) -> String {
     let mut message = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {

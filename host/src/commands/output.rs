@@ -13,8 +13,8 @@ macro_rules! say {
 }
 pub(crate) use say;
 
-/// Prints for `say!`. Ends the program quietly where nobody reads on, as in `arboleda | head`; with an error where
-/// the results cannot be written.
+/// Prints for `say!`. Ends the program: without a word if the reader has gone, as in `arboleda | head`; with an error
+/// if the results cannot be written.
 pub fn print_line(line: std::fmt::Arguments<'_>) {
     match writeln!(std::io::stdout(), "{line}") {
         Ok(()) => {}

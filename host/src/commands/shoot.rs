@@ -25,8 +25,9 @@ pub const LINEAR_PHOTONS: u64 = 256;
 ///
 /// OUT has a row for each triangle, in the order of ids, which count faces in file order after triangulation: as .npy
 /// a structured array [('front_photons','<u8'),('back_photons','<u8'),('front_flux','<f8'),('back_flux','<f8')]; as
-/// .csv the same columns after the column triangle. Photons are counted at each hit, also those that bounce on; flux
-/// is in watts. The front is where a triangle's corners, in their order in the file, are seen counter-clockwise.
+/// .csv the same columns after the column triangle. Every hit of a photon counts, also if the photon is reflected; flux
+/// is in watts. The front is the side from which a triangle's corners, in their order in the file, are seen
+/// counter-clockwise.
 #[derive(Args)]
 // Columns as they are called in the file, not as code.
 #[allow(clippy::doc_markdown)]
@@ -35,10 +36,10 @@ pub struct Shoot {
     scene: SceneArguments,
     #[command(flatten)]
     index: IndexChoice,
-    /// How many photons: 1000000, 1_000_000, 1e6 or 1M
+    /// Number of photons: 1000000, 1_000_000, 1e6 or 1M
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = whole::<u64>(1..=MOST_PHOTONS))]
     photons: u64,
-    /// Threads, at most 256 or one on each processor [default: one on each processor]
+    /// Number of threads: 1 to 256, or to the number of processors if that is larger [default: one on each processor]
     #[arg(long, value_name = "K", value_parser = threads())]
     threads: Option<usize>,
     /// Another seed gives other photons
@@ -62,11 +63,11 @@ pub struct Shoot {
     build: BuildArguments,
 }
 
-/// A light as it was given, in the coordinates of the scene's file.
+/// A light of the command line, in the coordinates of the scene's file.
 #[derive(Clone, Copy)]
 struct GivenLight([f64; 10]);
 
-/// Parses a light that emits: what cannot would shoot nothing without a word.
+/// Parses a light, and refuses one that emits nothing: it would shoot no photons without a word.
 fn light(text: &str) -> Result<GivenLight, String> {
     const NAMES: [&str; 10] = ["CX", "CY", "CZ", "UX", "UY", "UZ", "VX", "VY", "VZ", "FLUX"];
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
@@ -286,7 +287,7 @@ pub fn print_rows(rows: &[Row]) {
     say!("{lines}");
 }
 
-/// Prints one digest where all indices agree, which is what they promise; else each.
+/// Prints one digest if all indices agree, as they promise; else each digest, and fails.
 ///
 /// # Errors
 /// If two differ: a defect of an index.

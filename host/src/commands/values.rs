@@ -1,6 +1,7 @@
-//! Values of options: whole numbers, numbers and file names, each refused where it is no use.
+//! Values of options: whole numbers, numbers and file names.
 //!
-//! What is out of range is refused while the command line is read, with the range: before a scene is loaded.
+//! A value out of range is refused while the command line is read, before a scene is loaded; the message names the
+//! range.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -14,8 +15,8 @@ pub const MOST_PHOTONS: u64 = 1_000_000_000_000_000;
 pub const MOST_REPLAYED_PHOTONS: u64 = 10_000_000;
 /// The most repetitions of a measurement.
 pub const MOST_REPETITIONS: u64 = 10_000;
-/// Threads that any machine may be asked for. Beyond its processors they only wait for each other: 5,000 on two
-/// processors did not end in ten minutes.
+/// The most threads on machines with fewer processors. Threads beyond the processors only wait for each other: 5,000 on
+/// two processors did not end in ten minutes.
 const THREADS: usize = 256;
 /// The smallest and largest sides of a picture. The largest takes 2 GiB while it is painted.
 pub const PIXELS: RangeInclusive<u64> = 64..=8192;
@@ -53,7 +54,7 @@ pub fn threads() -> impl TypedValueParser<Value = usize> {
     whole(1..=processors.max(THREADS) as u64)
 }
 
-/// Parses the name of a file whose ending says how it is written.
+/// Parses the name of a file whose ending names its format.
 pub fn file_ending_in(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(move |path| {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
@@ -69,7 +70,7 @@ fn out_of_range(least: impl Display, most: impl Display) -> String {
     format!("must be {least} to {most}")
 }
 
-/// The number that is written with or without `_`, exponent or k, M, G. More than `u64` holds is `u64::MAX`.
+/// Reads a whole number written with or without `_`, an exponent or k, M, G. A number beyond `u64` becomes `u64::MAX`.
 fn parse_whole(text: &str) -> Result<u64, String> {
     let refused = || "not a whole number; write it as 1000000, 1_000_000, 1e6 or 1M".to_owned();
     let plain = text.replace('_', "");

@@ -39,7 +39,7 @@ impl Colour {
     }
 }
 
-/// The letters of all text.
+/// Size of the letters of all text.
 const LETTERS: RasterHeight = RasterHeight::Size16;
 const LETTER_WIDTH: u32 = get_raster_width(FontWeight::Regular, LETTERS) as u32;
 /// Pixels down of a line of text.

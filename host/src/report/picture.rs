@@ -199,12 +199,12 @@ fn draw_scale(canvas: &mut Canvas, brightest: f64) {
     }
 }
 
-/// Whether a picture is large enough for text beside the scene.
+/// Tells whether a picture is large enough for text beside the scene.
 fn has_room_for_text(canvas: &Canvas) -> bool {
     canvas.width() >= 480 && canvas.height() >= 360
 }
 
-/// A value in few characters, small ones with an exponent.
+/// Writes a value in few characters; small values with an exponent.
 fn short(value: f64) -> String {
     if value != 0.0 && value.abs() < 0.01 { format!("{value:.1e}") } else { plot_number(value) }
 }
