@@ -1,4 +1,4 @@
-//! Files told apart by their first bytes.
+//! Kinds of files that are recognised by their first bytes.
 
 /// A kind of file that is often given where another is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,12 +20,12 @@ const FIRST_BYTES: [(&[u8], Signature); 6] = [
 ];
 
 impl Signature {
-    /// Recognises a file.
+    /// Recognises the kind of a file.
     pub fn of(bytes: &[u8]) -> Option<Self> {
         FIRST_BYTES.iter().find(|(first, _)| bytes.starts_with(first)).map(|&(_, kind)| kind)
     }
 
-    /// What the file is, for messages.
+    /// A sentence about the kind, for messages.
     pub fn kind(self) -> &'static str {
         match self {
             Self::Gzip => "it is compressed by gzip",

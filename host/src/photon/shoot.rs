@@ -132,8 +132,7 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     let hit_counts: Vec<[AtomicU64; 2]> =
         model.triangles.iter().map(|_| [const { AtomicU64::new(0) }; 2]).collect();
 
-    // 1. Chunks, in parallel; summed in their order, some thousand at a time, so that memory does not grow
-    //    with the photons.
+    // 1. Chunks, in parallel; summed in their order, 2^14 at a time, so that memory does not grow with the photons.
     let mut all = Tally::default();
     let mut digests = blake3::Hasher::new();
     let shoot_chunk = |chunk: u64| {

@@ -8,8 +8,9 @@ use super::vector::Vector64;
 /// The outcome of shooting photons.
 ///
 /// Invariants: `emitted_photons = absorbed + escaped + cut_off + refused`; `hit_count` is the sum of
-/// `hit_counts`, of which none is below its entry in `front_hit_counts`; `ray_count = hit_count + escaped`. Everything but the two times depends on the model and the
-/// options only (the counters on the index too), never on threads.
+/// `hit_counts`, and no entry of `front_hit_counts` is above that of `hit_counts`; `ray_count = hit_count + escaped`.
+/// Everything but the time and the number of threads depends on the model and the options only (the counters on the
+/// index too), never on threads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
     /// How many photons left the lights; 0 if the model has none that emits.
@@ -30,7 +31,7 @@ pub struct Shot {
     pub ray_count: u64,
     /// Hits of each triangle, from either side, by id.
     pub hit_counts: Vec<u64>,
-    /// Of these, those on the [front](super::Side::Front).
+    /// Hits of each triangle on its [front](super::Side::Front), by id.
     pub front_hit_counts: Vec<u64>,
     /// The power of all lights, in watts.
     pub total_flux: f64,

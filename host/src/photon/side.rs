@@ -8,14 +8,15 @@ use super::vector::Vector64;
 /// One of the two sides of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The corners are seen counter-clockwise; the normal points there.
+    /// The side from which the corners are seen counter-clockwise; the normal points to it.
     Front,
-    /// The other one.
+    /// The opposite side.
     Back,
 }
 
 impl Side {
-    /// Decides exactly on which side of its plane a ray begins; in the plane, by where it goes.
+    /// Decides from which side a ray meets a triangle: exactly, by the side of the plane on which the ray begins; for a
+    /// ray that begins in the plane, by its direction, in `f64`.
     ///
     /// # Source
     /// Shewchuk 1997, `orient3d`, in the crate `robust`: positive where the corners are seen clockwise.

@@ -1,57 +1,57 @@
-//! What can be wrong with a file of rays, said so that a person can act.
+//! Errors of files of rays, each with the cure where there is one.
 
 use std::io;
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why there are no rays.
+/// Error of a file of rays: the file and its problem.
 #[derive(Debug, Error)]
 #[error("{}: {problem}", file.display())]
 pub struct RaysError {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// The problem.
     pub problem: RaysProblem,
 }
 
-/// What is wrong with a file of rays.
+/// Problem of a file of rays.
 #[derive(Debug, Error)]
 pub enum RaysProblem {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
-    /// It is of another kind, which is recognised.
+    /// The file is of another kind, which is recognised.
     #[error("{kind}; {cure}")]
     Foreign {
-        /// What it is.
+        /// A sentence about the kind of the file.
         kind: &'static str,
-        /// What to do.
+        /// Advice on a file that would be read.
         cure: &'static str,
     },
-    /// It does not begin as a `.npy` file does.
+    /// The file does not begin as a `.npy` file does.
     #[error("it is not a .npy file; save the rays with numpy.save")]
     NotNpy,
-    /// Its header cannot be understood.
+    /// The header cannot be understood.
     #[error("the header of the .npy file is not valid: {0}")]
     Header(String),
-    /// It ends too soon.
+    /// The file ends before its last number.
     #[error("it is cut off: {needed} bytes are needed for shape {shape:?}, here are {found}")]
     CutOff {
-        /// By its header.
+        /// The shape in the header.
         shape: Vec<u64>,
-        /// Bytes of the whole file, by its header.
+        /// Bytes of the whole file, by the header.
         needed: u128,
-        /// Bytes that there are.
+        /// Bytes of the file as it is.
         found: usize,
     },
-    /// It has another shape.
+    /// The array has another shape.
     #[error("it has shape {0:?}; rays are of shape (N, 6) or (N, 8)")]
     Shape(Vec<u64>),
-    /// Its columns lie one after the other.
+    /// The columns of the array lie one after the other.
     #[error("it is in Fortran order; save it with numpy.ascontiguousarray")]
     FortranOrder,
-    /// Its numbers are of a type that is not read.
+    /// The numbers are of a type that is not read.
     #[error(
         "it holds values of type {0}; rays are float32 or float64: save it with .astype('<f4')"
     )]

@@ -1,7 +1,7 @@
 //! Rays from `NumPy` files.
 //!
-//! One row is one ray: origin, direction, and perhaps `t_min` and `t_max`. Rows of `float64` are rounded
-//! only after the origin of the scene is subtracted from theirs.
+//! One row is one ray: origin, direction, and perhaps `t_min` and `t_max`. The origin of the scene is subtracted from
+//! that of each ray in `f64`, before `float64` values are rounded.
 
 mod error;
 
@@ -14,12 +14,12 @@ use npyz::{DType, NpyFile, NpyHeader, Order, TypeChar};
 use crate::signature::Signature;
 pub use error::{RaysError, RaysProblem};
 
-/// `NumPy` refuses longer headers too.
+/// The most bytes of a header; `NumPy` refuses longer ones too.
 const LONGEST_HEADER: usize = 10_000;
-/// Brackets in a header; the type of rays has none, the shape one pair, all together one.
+/// The most opening brackets in a header. Two are needed: one of the whole, one of the shape.
 const MOST_BRACKETS: usize = 16;
 
-/// Rays as a file has them.
+/// Numbers of a file of rays, not yet rounded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayTable {
     columns: usize,
@@ -127,7 +127,7 @@ fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
 }
 
 impl RayTable {
-    /// How many rays there are.
+    /// The number of rays.
     pub fn len(&self) -> usize {
         let numbers = match &self.values {
             Values::Single(values) => values.len(),
@@ -136,17 +136,17 @@ impl RayTable {
         numbers / self.columns
     }
 
-    /// Tells whether there are none.
+    /// Tells whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Tells whether the numbers have 64 bits, and are rounded to 32.
+    /// Tells whether the file has numbers of 64 bits, which become `f32` in rays.
     pub fn is_rounded(&self) -> bool {
         matches!(self.values, Values::Double(_))
     }
 
-    /// The rays, relative to the scene's origin; or why one is none.
+    /// Makes the rays, relative to the scene's origin; a row that is not a valid ray becomes an error.
     pub fn rays(&self, origin: [f64; 3]) -> Vec<Result<Ray, RayError>> {
         match &self.values {
             Values::Single(values) => rays(values, self.columns, origin),
