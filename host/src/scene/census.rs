@@ -7,7 +7,7 @@ use arboleda::{Triangle, Vec3};
 
 use super::Model;
 
-/// How many distinct vertices a scene has, and how many triangles no ray needs.
+/// Counts of a scene's distinct vertices, and of triangles that no closest hit needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
     /// Distinct points among all corners; 0 and -0 are one.
@@ -21,7 +21,7 @@ pub struct Census {
 type Bits = [u32; 3];
 
 impl Census {
-    /// Counts, in time and memory linear in the triangles.
+    /// Counts vertices and triangles, in time and memory linear in the triangles.
     pub fn of(model: &Model) -> Self {
         let mut census = Self::default();
         let mut points: HashSet<Bits> = HashSet::new();
@@ -45,7 +45,7 @@ impl fmt::Display for Census {
     }
 }
 
-/// Adding 0 makes one zero of two.
+/// Takes the bits of a point for comparison; adding 0 turns -0 into 0.
 fn bits(point: Vec3) -> Bits {
     point.to_array().map(|x| (x + 0.0).to_bits())
 }

@@ -31,9 +31,9 @@ pub enum SceneError {
     Malformed {
         /// The file.
         file: PathBuf,
-        /// Where in it.
+        /// The place in the file: a line, an element, the header.
         place: String,
-        /// What is wrong there.
+        /// The problem there.
         problem: String,
     },
     /// There is nothing in the file that a ray could hit.
@@ -47,9 +47,9 @@ pub enum SceneError {
         file: PathBuf,
         /// How many vertices it has.
         vertex_count: usize,
-        /// How many points, lines, and faces of one or two corners it has.
+        /// The number of points, lines, and faces of one or two corners.
         ignored_count: usize,
-        /// What else it could be.
+        /// A question about the likely cause.
         hint: &'static str,
     },
     /// The file is of a kind that is not read.
@@ -57,9 +57,9 @@ pub enum SceneError {
     Foreign {
         /// The file.
         file: PathBuf,
-        /// What it is.
+        /// A sentence about the kind of the file.
         kind: &'static str,
-        /// What to do.
+        /// Advice on a file that would be read.
         cure: &'static str,
     },
     /// Each face has a vertex that is not finite.
@@ -70,7 +70,7 @@ pub enum SceneError {
     NoFiniteFaces {
         /// The file.
         file: PathBuf,
-        /// How many faces it has.
+        /// The number of faces.
         faces: usize,
     },
     /// The reader of OBJ files refused the file for a reason that the checks before it do not know.

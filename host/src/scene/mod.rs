@@ -1,4 +1,4 @@
-//! Where triangles come from: scene files, the paper's scenes, generated cities.
+//! Sources of triangles: scene files, the paper's scenes, generated cities.
 //!
 //! ```text
 //! formats (a file) -> surface -> polygon ---------------\

@@ -19,7 +19,7 @@ pub struct Model {
     pub reflectance: Vec<f32>,
     /// Where the photons come from.
     pub lights: Vec<AreaLight>,
-    /// What was subtracted from the file's coordinates; adding it to a position gives the file's.
+    /// The point that was subtracted from the file's coordinates. Add it to a position to get the file's.
     pub origin: [f64; 3],
 }
 

@@ -1,6 +1,6 @@
 //! The lines of a text.
 
-/// Splits a text into lines, whether they end as on Unix, Windows or old Macintoshes.
+/// Splits a text into lines that end in `\n`, `\r\n` or `\r`, as on Unix, Windows and old Macintoshes.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text;
     std::iter::from_fn(move || {

@@ -3,8 +3,8 @@
 //! ```text
 //! bytes -> recognise -> obj, ply, stl, gltf -> Surface
 //! ```
-//! Readers take bytes, so they can be called without a file system; other files that a scene needs, such
-//! as materials, are asked of a function.
+//! Readers take bytes, so they can be called without a file system; a function gives the bytes of other files
+//! that a scene needs, such as materials.
 
 pub mod gltf;
 mod lines;

@@ -1,4 +1,4 @@
-//! Which format a file has.
+//! Recognition of a file's format.
 
 use std::path::Path;
 
@@ -15,7 +15,11 @@ pub(super) enum Format {
     Stl,
 }
 
-/// Recognises a format: by first bytes that only one has, else by the ending.
+/// Recognises a format: PLY and glTF by the first bytes or the ending; STL by the ending or, unless that is `.obj`, by
+/// the contents; OBJ is the rest.
+///
+/// # Errors
+/// [`SceneError::Foreign`] for a file of another kind that is recognised.
 pub(super) fn format(bytes: &[u8], name: &Path) -> Result<Format, SceneError> {
     if let Some(signature) = Signature::of(bytes) {
         let cure = match signature {

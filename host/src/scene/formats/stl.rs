@@ -1,7 +1,7 @@
 //! STL files, text and binary: triangles, each with its own three corners.
 //!
-//! Read here rather than by a crate: those at hand (`stl_io` 0.11, `nom_stl` 4) round decimals to `f32` as
-//! they read, so that `--origin` comes too late, refuse normals that are not finite, stop after the first
+//! Read here rather than by a crate: the crates at hand (`stl_io` 0.11, `nom_stl` 4) round decimals to `f32` as
+//! they read, so that `--origin` comes too late; they refuse normals that are not finite, stop after the first
 //! solid, and take binary files whose heading begins with `solid` for text.
 //!
 //! # Source
@@ -13,12 +13,12 @@ use super::lines::lines;
 use crate::scene::SceneError;
 use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
 
-/// A heading, and the number of triangles.
+/// Bytes of the heading of a binary file, and of the number of triangles.
 const HEADING: usize = 84;
-/// A normal, three corners, two bytes of attributes.
+/// Bytes of a triangle: a normal, three corners, two bytes of attributes.
 const RECORD: usize = 50;
 
-/// Tells whether bytes have the length that a binary file's own count gives.
+/// Tells whether bytes are exactly as long as a binary file with the count that stands in them, above 0.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     claimed(bytes).is_some_and(|count| {
         count > 0 && (HEADING as u64 + u64::from(count) * RECORD as u64) == bytes.len() as u64
@@ -35,6 +35,7 @@ pub(super) fn is_text(bytes: &[u8]) -> bool {
         && words.take(64).any(|word| word == b"facet" || word == b"endsolid")
 }
 
+/// Reads the number of triangles that a binary file claims.
 fn claimed(bytes: &[u8]) -> Option<u32> {
     let count = bytes.get(80..HEADING)?;
     Some(u32::from_le_bytes([count[0], count[1], count[2], count[3]]))
@@ -94,7 +95,7 @@ fn read_binary(bytes: &[u8], surface: &mut Surface) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Keywords in any case; one line may hold several.
+/// Reads a text file. Keywords may be in any case, and a line may hold several.
 fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
     let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
     let mut name = String::new();
@@ -129,7 +130,7 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
                             &format_args!("a facet needs 3 vertices, here are {count}"),
                         ));
                     };
-                    // Written at the first facet: a name without any is no object.
+                    // The object begins with its first facet: a solid without facets is no object.
                     if !is_begun {
                         let name = if name.is_empty() { "unnamed" } else { &name };
                         let object = surface.add_object(name);

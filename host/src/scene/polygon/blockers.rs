@@ -1,8 +1,11 @@
 //! Corners that may lie in an ear, found by place.
 //!
-//! Where any corner of a polygon lies in a triangle of three neighbours, one that is not convex does. So
-//! only those are kept, in a balanced tree of boxes: ears may be long slivers, whose own boxes hold half
-//! of the polygon (a grid of cells took 11,255 steps a corner on a comb's back, this tree 60).
+//! If any corner of a polygon lies in a triangle of three neighbours, a corner that is not convex does. So
+//! only corners that are not convex are kept, in a balanced tree of boxes: ears may be long slivers, whose
+//! own boxes hold half of the polygon.
+//!
+//! # What lost
+//! - A grid of cells: 11,255 steps a corner on a comb's back, where this tree takes 60.
 
 use super::{Point, turn};
 
@@ -36,7 +39,7 @@ struct Subtree {
 }
 
 impl Subtree {
-    /// Its halves, unless it is a leaf.
+    /// Returns the two halves; none of a leaf.
     fn halves(self) -> Option<[Self; 2]> {
         let half = self.len / 2;
         (self.len > LEAF).then_some([
@@ -46,13 +49,13 @@ impl Subtree {
     }
 }
 
-/// What is looked for.
+/// A search for a corner that blocks a triangle.
 pub(super) struct Search<'s, P, B> {
     /// The triangle, counterclockwise.
     pub triangle: [Point; 3],
-    /// Whether a corner is still part of the polygon, and not convex.
+    /// Tells whether a corner is still part of the polygon, and not convex.
     pub is_present: P,
-    /// Whether a corner keeps the triangle from being an ear.
+    /// Tells whether a corner keeps the triangle from being an ear.
     pub blocks: B,
     /// Nodes and corners looked at.
     pub work: &'s mut u64,
@@ -110,7 +113,7 @@ impl Blockers {
                 let point = points[corner as usize];
                 if along_x { point.x } else { point.y }
             };
-            // By number where places are equal, so that the tree depends on nothing else.
+            // Corners at equal places go by number, so that the tree depends on the polygon only.
             part.select_nth_unstable_by(len / 2, |&a, &b| {
                 key(a).total_cmp(&key(b)).then(a.cmp(&b))
             });
@@ -120,7 +123,7 @@ impl Blockers {
         }
     }
 
-    /// As deep as the tree: the logarithm of the number of corners.
+    /// Searches a subtree. Recurses as deep as the tree: the logarithm of the number of corners.
     fn any_below<P: Fn(u32) -> bool, B: Fn(u32) -> bool>(
         &mut self,
         subtree: Subtree,

@@ -24,14 +24,14 @@ use super::{Point, turn};
 /// comb and a spiral, take up to 70 steps a corner. Only polygons that cross themselves in knots come near it.
 pub(super) const WORK: u64 = 4096;
 
-/// What may be cut off.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// Corners that may be cut off.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Strictness {
     /// Ears that no corner touches.
     Closed,
-    /// And corners on the line between their neighbours.
+    /// Those, and corners on the line between their neighbours.
     Straight,
-    /// And ears which corners touch from outside.
+    /// Ears that no corner lies inside of; corners may lie on their sides.
     Open,
 }
 
@@ -51,20 +51,20 @@ pub(super) struct Ears {
 struct State {
     cut: bool,
     waiting: bool,
-    /// Whether it blocks ears: it is not convex.
+    /// The corner may block ears, because it is not convex.
     blocks: bool,
 }
 
 impl Ears {
-    /// Appends the triangles of a counterclockwise polygon. False if it has no division into ears; what
-    /// was appended is of no use then.
+    /// Appends the triangles of a counterclockwise polygon. Returns false if the polygon has no division into ears;
+    /// the triangles appended are of no use then.
     pub fn cut(&mut self, points: &[Point], triangles: &mut Vec<[usize; 3]>) -> bool {
         self.begin(points);
         let most_work = WORK * points.len() as u64;
         let mut strictness = Strictness::Closed;
         let mut progress = false;
         loop {
-            // 1. As far as the queue goes.
+            // 1. Cut until the queue is empty.
             while let Some(corner) = self.queue.pop_front() {
                 self.state[corner as usize].waiting = false;
                 if self.state[corner as usize].cut || !self.is_ear(points, corner, strictness) {

@@ -1,12 +1,12 @@
-//! Whether the fan from the first corner covers a polygon.
+//! A test whether the fan from the first corner covers a polygon.
 
 use super::{Point, turn};
 
 /// Tells whether every point of a counterclockwise polygon lies in exactly one triangle of the fan from
 /// its first corner, edges aside.
 ///
-/// That is so where the other corners go round the first one in one direction and less than once: all
-/// triangles of the fan turn left or have no area, and none comes back to where the first one began.
+/// True if the other corners go round the first corner in one direction and less than once: every triangle of
+/// the fan turns left or has no area, and none reaches the direction in which the first triangle began.
 pub(super) fn covers(points: &[Point]) -> bool {
     let apex = points[0];
     // The direction in which the fan begins.

@@ -54,7 +54,7 @@ fn is_crossing(outline: &[[i32; 2]]) -> bool {
     division == Division::Crossing
 }
 
-/// From every corner, in both directions, in every plane.
+/// Checks an outline begun at every corner, in every plane, and in both directions.
 fn in_all_ways(outline: &[[i32; 2]], check: impl Fn(&[[i32; 2]], fn([i32; 2]) -> Vec3)) {
     for start in 0..outline.len() {
         let mut turned = outline.to_vec();

@@ -1,12 +1,12 @@
-//! How often the direction of an outline goes round.
+//! Turning number: how often the direction of an outline goes round.
 //!
-//! Once, for every polygon that does not cross itself (Hopf's Umlaufsatz). One that winds twice around a
-//! part of the plane may well have ears, whose triangles would lie upon each other.
+//! It is 1 for every polygon that does not cross itself (Hopf's Umlaufsatz). A polygon that winds twice around
+//! a part of the plane may well have ears, but their triangles would overlap.
 
 use super::{Point, turn};
 
-/// Counts the turns of a counterclockwise outline. None if it turns back upon itself, which is half a turn
-/// to either side.
+/// Counts the turns of a counterclockwise outline. Returns `None` if the outline turns back upon itself
+/// somewhere, which is half a turn to either side.
 pub(super) fn number(points: &[Point]) -> Option<i64> {
     // 1. Corners without a neighbour beside them, round to the first two again.
     let mut corners: Vec<Point> = points.to_vec();

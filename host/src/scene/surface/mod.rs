@@ -1,4 +1,4 @@
-//! What a file holds, before it becomes a model: polygons with coordinates in `f64`.
+//! Contents of a file before they become a model: polygons with coordinates in `f64`.
 //!
 //! ```text
 //! obj, ply, stl, gltf -> Surface -> minus the origin, rounded to f32 -> polygons divided -> Model
@@ -32,11 +32,11 @@ pub(super) fn mean([red, green, blue]: [f32; 3]) -> f32 {
 /// corners; corners are indices into `positions`.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// For messages.
+    /// The path, for messages and the model's name.
     file: PathBuf,
     positions: Vec<[f64; 3]>,
     corners: Vec<u32>,
-    /// How many corners each face has.
+    /// The number of corners of each face.
     arities: Vec<u32>,
     parts: Vec<Part>,
     object_names: Vec<String>,
@@ -83,7 +83,7 @@ impl Surface {
         self.object_names.len() as u32 - 1
     }
 
-    /// Says which object and reflectance the faces that follow have.
+    /// Begins a part: the faces that follow have this object and reflectance.
     pub(super) fn begin_part(&mut self, object: u32, reflectance: f32) {
         self.parts.push(Part { first_face: self.arities.len(), object, reflectance });
     }
@@ -105,14 +105,14 @@ impl Surface {
         })
     }
 
-    /// Adds a face of three corners that it shares with no other.
+    /// Adds a face of three corners that no other face shares.
     pub(super) fn add_triangle(&mut self, corners: [[f64; 3]; 3]) {
         let first = self.positions.len() as u32;
         self.positions.extend(corners);
         self.add_face(first..first + 3);
     }
 
-    /// An error about a place in the file.
+    /// Makes an error about a place in the file.
     pub(super) fn malformed(
         &self,
         place: impl Into<String>,
@@ -125,7 +125,7 @@ impl Surface {
         }
     }
 
-    /// Adds a line about what the file says that is not in the surface.
+    /// Adds a warning: a line about contents of the file that are lost.
     pub(super) fn warn(&mut self, text: impl std::fmt::Display) {
         self.warnings.push(format!("{}: {text}", self.file.display()));
     }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-/// What is subtracted from all coordinates, in `f64`, before they are rounded to `f32`.
+/// The point that is subtracted from all coordinates, in `f64`, before they are rounded to `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Origin {
     /// Nothing: coordinates stay as they are.
@@ -17,7 +17,7 @@ pub enum Origin {
     Automatic,
 }
 
-/// What was given as an origin is none.
+/// Error of a text that is no origin.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("`{0}` is not an origin; give three finite numbers, as in 500000,4649776,0, or auto")]
 pub struct NotAnOrigin(String);
@@ -41,7 +41,7 @@ impl FromStr for Origin {
 }
 
 impl Origin {
-    /// The point, for vertices of which some may not be finite.
+    /// Finds the point for the given vertices; those that are not finite do not count.
     pub(super) fn point<'p>(self, positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
         match self {
             Self::Unchanged => [0.0; 3],
@@ -51,8 +51,8 @@ impl Origin {
     }
 }
 
-/// The middle of the box around the points that a `f32` can hold, rounded to a tenth of its longest side
-/// or less, so that it is short to write.
+/// Finds the middle of the box around all points whose coordinates `f32` can hold, rounded to a tenth of the box's
+/// longest side or less, so that the middle is short to write.
 fn middle<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let most = f64::from(f32::MAX);

@@ -1,4 +1,4 @@
-//! A surface becomes a model.
+//! Conversion of a surface to a model.
 
 use arboleda::{Triangle, Vec3};
 
@@ -7,7 +7,7 @@ use super::{Surface, precision};
 use crate::scene::polygon::{Divider, Division};
 use crate::scene::{Model, SceneError};
 
-/// A model, and what its file says that is not in it.
+/// A model, and warnings about contents of its file that are not in the model.
 #[derive(Clone, Debug)]
 pub struct Import {
     /// The model; without lights.
@@ -66,7 +66,7 @@ impl Surface {
             model.reflectance.resize(model.triangles.len(), reflectance);
         }
 
-        // 3. What a person should know.
+        // 3. Warnings.
         if let Some((face, vertex)) = first_not_finite {
             if model.triangles.is_empty() {
                 return Err(SceneError::NoFiniteFaces { file: self.file, faces: not_finite });
@@ -90,7 +90,7 @@ impl Surface {
     }
 }
 
-/// Rounds to the nearest `f32`; what is beyond becomes infinite.
+/// Rounds to the nearest `f32`; a coordinate beyond the largest `f32` becomes infinite.
 fn round(point: [f64; 3]) -> Vec3 {
     Vec3::from_array(point.map(|x| x as f32))
 }

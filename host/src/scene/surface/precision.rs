@@ -1,8 +1,8 @@
-//! How much of a file's coordinates `f32` cannot hold.
+//! Loss of precision when a file's coordinates are rounded to `f32`.
 //!
-//! A `f32` has 24 bits: about 4,649,776.1 the next ones are half a unit apart, and a wall of 10 cm is
-//! either gone or five times as thick. What counts is the loss beside the edges, so a model in
-//! millimetres and one in light years are judged alike.
+//! An `f32` has 24 bits: near 4,649,776.1 neighbours are half a unit apart, and a wall of 10 cm is either
+//! gone or five times as thick. The loss is compared with the edges, so a model in millimetres and one in
+//! light years are judged alike.
 
 use super::Surface;
 use super::origin::{Origin, Written};
@@ -11,7 +11,7 @@ use super::origin::{Origin, Written};
 /// surveys measure, and far above what decimals lose in files of usual extent (a part in ten million).
 const TOLERATED_SHARE: f64 = 1e-4;
 
-/// What rounding does to the vertices that faces use.
+/// Distances by which rounding moves the vertices that faces use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Loss {
     /// Vertices of which a coordinate moves farther than is tolerated.
@@ -20,7 +20,7 @@ struct Loss {
     farthest: f64,
 }
 
-/// Describes what rounding loses, and the cure; nothing where it does not matter.
+/// Describes the loss by rounding, and the cure; `None` if the loss is tolerated.
 pub(super) fn warning(surface: &Surface, origin: [f64; 3]) -> Option<String> {
     // 1. Most files lose next to nothing, and need no median.
     let used = used_vertices(surface);
@@ -33,7 +33,7 @@ pub(super) fn warning(surface: &Surface, origin: [f64; 3]) -> Option<String> {
     if now.moved == 0 {
         return None;
     }
-    // 2. What the cure would leave.
+    // 2. The loss that would be left with the automatic origin.
     let better = Origin::Automatic.point(of(surface, &used));
     let cured = loss(surface, &used, better, tolerated);
     let cure = if cured.moved == 0 {
@@ -78,7 +78,7 @@ fn loss(surface: &Surface, used: &[bool], origin: [f64; 3], tolerated: f64) -> L
             let exact = position[axis] - origin[axis];
             farthest = farthest.max((exact - f64::from(exact as f32)).abs());
         }
-        // Vertices that are not finite are told of elsewhere.
+        // `Surface::place` warns of vertices that are not finite.
         if farthest.is_finite() {
             loss.vertices += 1;
             loss.moved += usize::from(farthest > tolerated);

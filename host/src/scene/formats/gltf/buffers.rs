@@ -12,7 +12,7 @@ use percent_encoding::percent_decode_str;
 
 use crate::scene::formats::Companions;
 
-/// Some writers leave the padding out.
+/// Decoder of base64 with or without padding, which some writers leave out.
 const BASE_64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
@@ -21,7 +21,7 @@ const BASE_64: GeneralPurpose = GeneralPurpose::new(
 /// The buffers of a document, each as long as it says.
 pub(super) struct Buffers<'b>(Vec<Cow<'b, [u8]>>);
 
-/// A place in the file, and what is wrong there.
+/// A place in the file, and the problem there.
 type Complaint = (String, String);
 
 impl<'b> Buffers<'b> {
@@ -51,7 +51,7 @@ impl<'b> Buffers<'b> {
         document.buffers().map(load).collect::<Result<_, _>>().map(Self)
     }
 
-    /// The bytes of one.
+    /// The bytes of a buffer.
     pub fn get(&self, buffer: &Buffer<'_>) -> Option<&[u8]> {
         self.0.get(buffer.index()).map(AsRef::as_ref)
     }

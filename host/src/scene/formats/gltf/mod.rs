@@ -4,8 +4,8 @@
 //! nodes of the scene -> their transforms multiplied in f64 -> primitives of their meshes -> Surface
 //!                                                    accessors, checked first ---/
 //! ```
-//! The crate trusts counts and offsets once the JSON is valid, so accessors are checked here before it
-//! reads them, and buffers are resolved here so that they can be asked of a function.
+//! The crate trusts counts and offsets once the JSON is valid, so accessors are checked here before the crate
+//! reads them. Buffers are resolved here, so that a function can give the bytes of files beside the document.
 //!
 //! # Source
 //! Khronos Group, *glTF 2.0 Specification*. Not read: textures, skins, morph targets, animations, cameras,
@@ -26,7 +26,7 @@ use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface, mean};
 use buffers::Buffers;
 use transform::Matrix;
 
-/// Reads the bytes of a glTF file. Each node with a mesh is an object, called as the node or its mesh.
+/// Reads the bytes of a glTF file. Each node with a mesh is an object, with the name of the node or of the mesh.
 ///
 /// # Errors
 /// [`SceneError::Malformed`], [`SceneError::NoFaces`].
@@ -49,7 +49,7 @@ pub fn read(
         if std::mem::replace(&mut seen[node.index()], true) {
             return Err(surface.malformed(
                 format!("node {}", node.index()),
-                "it is the child of two nodes, or of itself",
+                "it is the child of two nodes, or below itself",
             ));
         }
         let place = parent.times(&Matrix::of(&node.transform()));
@@ -65,7 +65,7 @@ pub fn read(
         waiting[first_child..].reverse();
     }
 
-    // 3. What is not in the surface.
+    // 3. Warnings of parts of the document that are not in the surface.
     if surface.face_count() == 0 {
         return Err(SceneError::NoFaces {
             file: name.into(),
@@ -86,7 +86,7 @@ pub fn read(
     Ok(surface)
 }
 
-/// Counts of what is not read.
+/// Counts of parts of a document that are not read.
 #[derive(Default)]
 struct LeftOut {
     points_and_lines: usize,
@@ -95,7 +95,7 @@ struct LeftOut {
 }
 
 fn parse(bytes: &[u8], surface: &Surface) -> Result<Gltf, SceneError> {
-    // The crate subtracts the size of this heading from the length in it.
+    // The crate subtracts the size of the heading from the length that stands in the heading.
     const HEADING: u32 = 12;
     let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     if bytes.starts_with(b"glTF") && length.is_none_or(|length| length < HEADING) {
@@ -112,9 +112,9 @@ fn parse(bytes: &[u8], surface: &Surface) -> Result<Gltf, SceneError> {
 const OF_LOOKS: [&str; 6] =
     ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "KHR_xmp"];
 
-/// Checks what the crate relies on: that all that is named exists.
+/// Checks what the crate relies on: every index of the document names something that exists.
 fn validate(root: &Root) -> Result<(), (String, String)> {
-    // The check of the crate itself reads this accessor before it is checked.
+    // The crate's own validation reads the accessor of positions before it checks that there is one.
     let position = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
     for (mesh, primitive) in (0..)
         .zip(&root.meshes)
@@ -142,7 +142,7 @@ fn validate(root: &Root) -> Result<(), (String, String)> {
     let mut first = None;
     root.validate(root, Path::new, &mut |place, kind| {
         let place = place().to_string();
-        // Bounds are not needed, extensions and buffer views are looked at elsewhere.
+        // Bounds of accessors are not needed; `OF_LOOKS` and `accessor` check extensions and buffer views.
         let bearable = match kind {
             Problem::Missing => {
                 [".min", ".max", ".bufferView"].iter().any(|end| place.ends_with(end))
@@ -157,7 +157,7 @@ fn validate(root: &Root) -> Result<(), (String, String)> {
     first.map_or(Ok(()), |(place, kind)| Err((format!("JSON, {place}"), kind)))
 }
 
-/// The nodes of the scene to be shown, or of the first one; without scenes, all that are nobody's child.
+/// Lists the root nodes of the default scene, else of the first scene; without scenes, all nodes that are no child.
 fn roots(document: &Document) -> Vec<(Node<'_>, Matrix)> {
     let scene = document.default_scene().or(document.scenes().next());
     let mut roots: Vec<Node<'_>> = if let Some(scene) = scene {
@@ -238,7 +238,7 @@ fn add_primitive(
     Ok(())
 }
 
-/// The mean of the base colour; a texture may hold any colour.
+/// Takes the mean of the base colour as reflectance; the default with a texture, which may hold any colour.
 fn reflectance(primitive: &Primitive<'_>) -> f32 {
     let material = primitive.material();
     let surface = material.pbr_metallic_roughness();

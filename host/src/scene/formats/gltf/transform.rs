@@ -24,7 +24,7 @@ impl Matrix {
                 (translation.map(f64::from), rotation.map(f64::from), scale.map(f64::from))
             }
         };
-        // A quaternion of any length but 0, since 32 bits do not hold one of length 1.
+        // A quaternion of any length but 0 is accepted: in 32 bits few have length 1.
         let [x, y, z, w] = rotation;
         let square = x * x + y * y + z * z + w * w;
         let s = if square > 0.0 { 2.0 / square } else { 0.0 };
@@ -41,7 +41,7 @@ impl Matrix {
         Self([scaled[0], scaled[1], scaled[2], [x, y, z, 1.0]])
     }
 
-    /// First `inner`, then this.
+    /// Multiplies: the product applies `inner` first, then `self`.
     pub fn times(&self, inner: &Self) -> Self {
         Self(inner.0.map(|column| {
             [0, 1, 2, 3].map(|row| (0..4).map(|at| self.0[at][row] * column[at]).sum())

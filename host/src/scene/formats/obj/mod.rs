@@ -30,11 +30,11 @@ use crate::scene::SceneError;
 use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface, mean};
 use text::Reduced;
 
-/// Reads the bytes of an OBJ file. `name` stands in messages, its last part names the model, and material
-/// files are looked for beside it.
+/// Reads the bytes of an OBJ file. The path `name` stands in messages, its last part names the model, and material
+/// files are looked for in its folder.
 ///
-/// Each `o`, and each `g` inside it, is an object; one that is opened again continues. Materials'
-/// diffuse colours (`Kd`) give the reflectance, by their mean.
+/// Each `o`, and each `g` inside an `o`, is an object; an object that is opened again continues. The mean of a
+/// material's diffuse colour (`Kd`) is the reflectance.
 ///
 /// # Errors
 /// [`SceneError::Line`], [`SceneError::NoFaces`].
@@ -124,8 +124,8 @@ fn assemble(
     }
 }
 
-/// Reads the material files that an `mtllib` line names: one whose name may hold spaces, or several
-/// separated by spaces, each in quotes or not.
+/// Reads the material files that an `mtllib` line names: one file whose name may hold spaces, or several
+/// files separated by spaces, each in quotes or not.
 fn load_library(
     model: &Path,
     library: &Path,
@@ -169,7 +169,7 @@ fn load_library(
     tobj::load_mtl_buf(&mut reduced.as_bytes())
 }
 
-/// The words of a line; what stands in quotes is one.
+/// Splits a line into words; text in quotes is one word.
 fn words(line: &str) -> impl Iterator<Item = &str> {
     let mut rest = line;
     std::iter::from_fn(move || {
