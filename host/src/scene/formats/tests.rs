@@ -1,9 +1,31 @@
-//! What holds for every format.
+//! Tests of all formats alike.
 
 use super::*;
 
-fn nothing_beside(_: &Path) -> io::Result<Vec<u8>> {
+/// Finds no file beside a scene file.
+pub(super) fn nothing_beside(_: &Path) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::NotFound.into())
+}
+
+/// Calls `read` with every beginning of a file, and with `count` copies of it in which up to three bytes are changed.
+pub(super) fn for_each_damaged(good: &[u8], count: usize, mut read: impl FnMut(&[u8])) {
+    let mut state = 1_u64;
+    let mut draw = |below: usize| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    for end in 0..good.len() {
+        read(&good[..end]);
+    }
+    for _ in 0..count {
+        let mut bytes = good.to_vec();
+        for _ in 0..=draw(3) {
+            let place = draw(bytes.len());
+            bytes[place] = if draw(2) == 0 { b'0' + draw(10) as u8 } else { draw(256) as u8 };
+        }
+        read(&bytes);
+    }
 }
 
 fn place(bytes: &[u8], name: &str) -> Result<Model, SceneError> {
@@ -89,23 +111,7 @@ fn other_files_are_named_with_the_cure() {
 
 #[test]
 fn damaged_files_are_errors_or_scenes_but_never_panics() {
-    let mut state = 1_u64;
-    let mut draw = |below: usize| {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
     for (name, good) in samples() {
-        for end in 0..good.len() {
-            drop(place(&good[..end], name));
-        }
-        for _ in 0..5_000 {
-            let mut bytes = good.clone();
-            for _ in 0..=draw(3) {
-                let place = draw(bytes.len());
-                bytes[place] = if draw(2) == 0 { b'0' + draw(10) as u8 } else { draw(256) as u8 };
-            }
-            drop(place(&bytes, name));
-        }
+        for_each_damaged(&good, 5_000, |bytes| drop(place(bytes, name)));
     }
 }

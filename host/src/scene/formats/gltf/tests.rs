@@ -1,14 +1,10 @@
 //! Documents made here, with buffers in them, beside them, and in binary files.
 
-use std::io;
 use std::path::Path;
 
 use super::*;
+use crate::scene::formats::tests::{for_each_damaged, nothing_beside};
 use crate::scene::{Import, Model, Origin};
-
-fn nothing_beside(_: &Path) -> io::Result<Vec<u8>> {
-    Err(io::ErrorKind::NotFound.into())
-}
 
 fn import(bytes: &[u8]) -> Result<Import, SceneError> {
     read(bytes, Path::new("test.gltf"), &nothing_beside)?.place(Origin::Unchanged)
@@ -159,7 +155,7 @@ fn what_is_not_read_is_named() {
         (
             r#""children":[0]"#,
             r#""children":[0,1]"#,
-            "node 1: it is the child of two nodes, or of itself",
+            "node 1: it is the child of two nodes, or below itself",
         ),
         (r#""nodes":[1,2]"#, r#""nodes":[1,77]"#, "JSON, scenes[0].nodes[1]: "),
         (r#""POSITION":0"#, r#""POSITION":9"#, "mesh 0: it names an accessor that does not exist"),
@@ -185,21 +181,5 @@ fn what_does_not_matter_to_rays_is_let_pass() {
 #[test]
 fn damaged_files_are_errors_or_scenes_but_never_panics() {
     let good = binary(&document(""), &buffer());
-    let mut state = 1_u64;
-    let mut draw = |below: usize| {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
-    for end in 0..good.len() {
-        drop(import(&good[..end]));
-    }
-    for _ in 0..20_000 {
-        let mut bytes = good.clone();
-        for _ in 0..=draw(3) {
-            let place = draw(bytes.len());
-            bytes[place] = if draw(2) == 0 { b'0' + draw(10) as u8 } else { draw(256) as u8 };
-        }
-        drop(import(&bytes));
-    }
+    for_each_damaged(&good, 20_000, |bytes| drop(import(bytes)));
 }

@@ -1,12 +1,8 @@
 use super::*;
+use crate::scene::formats::tests::nothing_beside;
 use crate::scene::{Import, Model, Origin};
 use arboleda::{Triangle, Vec3};
 use std::fmt::Write;
-use std::io;
-
-fn nothing_beside(_: &Path) -> io::Result<Vec<u8>> {
-    Err(io::ErrorKind::NotFound.into())
-}
 
 fn place(text: &str, origin: Origin) -> Import {
     let surface = read(text.as_bytes(), Path::new("test.obj"), &nothing_beside);
