@@ -1,14 +1,12 @@
-//! `arboleda cast` and `shoot --out`: what their files hold, read as `NumPy` would.
+//! Files of `arboleda cast` and `shoot --out`, read as `NumPy` would.
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use npyz::WriterBuilder;
-
 mod program;
 
-use program::{failure, folder, names, run_in, success};
+use program::{failure, folder, names, run_in, success, write_rays};
 
 /// A square at z = 1 of two triangles that are seen counter-clockwise from above, and one at z = 0 turned around.
 const SCENE: &str = "\
@@ -41,15 +39,7 @@ struct Received {
 
 fn write_scene(folder: &Path) {
     fs::write(folder.join("a.obj"), SCENE).unwrap();
-    let file = fs::File::create(folder.join("rays.npy")).unwrap();
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(&[RAYS.len() as u64, 6])
-        .writer(file)
-        .begin_nd()
-        .unwrap();
-    writer.extend(RAYS.as_flattened().iter().copied()).unwrap();
-    writer.finish().unwrap();
+    write_rays(&folder.join("rays.npy"), &RAYS);
 }
 
 fn read<T: npyz::Deserialize>(path: &Path) -> (Vec<u64>, Vec<T>) {
@@ -147,7 +137,7 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
     for (more, message) in [
         (&[][..], "--hits"),
         (&["--hits", "h.npy", "--points", "h.npy"], "two outputs would be written to h.npy"),
-        (&["--points", "p.npy", "--query", "occluded"], "--query occluded finds no hit"),
+        (&["--points", "p.npy", "--query", "occluded"], "--query occluded finds no hit points"),
         (&["--hits", "h.npy", "--object-names", "o.json"], "the name must end in .csv"),
         (&["--hits", "h.npy", "--normals", "no/n.npy"], "there is no folder no"),
     ] {

@@ -1,4 +1,4 @@
-//! What is asked of every command: help, values, outputs, silence.
+//! Behaviour of every command: help, values, outputs, silence.
 
 use std::fs;
 

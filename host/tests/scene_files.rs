@@ -1,34 +1,21 @@
 //! Scene files as people have them, through the library and the command line.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
 use arboleda::{IndexKind, Options, Ray, Vec3};
 use arboleda_host::OwnedIndex;
 use arboleda_host::scene::{self, Model, Origin};
 
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).expect("a folder for the test");
-    folder
-}
+mod program;
 
-fn arboleda(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_arboleda"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("the program starts")
-}
+use program::{failure, folder, run_in, success, write_rays};
 
 fn load(text: &str, name: &str) -> Model {
-    let path = folder("scenes").join(name);
+    let folder = folder();
+    let path = folder.path().join(name);
     std::fs::write(&path, text).unwrap();
     scene::load(&path, Origin::Unchanged).unwrap()
 }
 
-/// Counts the rays straight down at the points of a grid that no edge passes through, which hit where
-/// they should not or miss where they should not.
+/// Counts wrong hits and wrong misses of rays straight down, at the points of a grid that no edge passes through.
 fn wrong_hits(model: &Model, outline: &[[f64; 2]]) -> (usize, usize) {
     let owned =
         OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).expect("an index");
@@ -94,37 +81,21 @@ fn a_comb_is_hit_where_it_is() {
     assert_eq!(wrong_hits(&model, &outline), (0, 0));
 }
 
-/// A `.npy` file of rays.
-fn npy(descr: &str, columns: usize, data: &[u8], rows: usize) -> Vec<u8> {
-    let header =
-        format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}\n");
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes.extend(data);
-    bytes
-}
-
 #[test]
 fn rays_in_the_coordinates_of_a_file_far_away() {
-    let folder = folder("far");
+    let folder = folder();
+    let folder = folder.path();
     // A tile of 10 cm, and rays above its middle and just beside it.
     let tile = "v 500000.1 4649776.1 7\nv 500000.2 4649776.1 7\nv 500000.2 4649776.2 7\n\
                 v 500000.1 4649776.2 7\nf 1 2 3 4\n";
     std::fs::write(folder.join("tile.obj"), tile).unwrap();
-    let rays = [[500_000.16, 4_649_776.15], [500_000.21, 4_649_776.15], [500_000.09, 4_649_776.15]];
-    let data: Vec<u8> = rays
-        .iter()
-        .flat_map(|[x, y]| [*x, *y, 9.0, 0.0, 0.0, -1.0_f64])
-        .flat_map(f64::to_le_bytes)
-        .collect();
-    std::fs::write(folder.join("rays.npy"), npy("<f8", 6, &data, 3)).unwrap();
+    let rays = [500_000.16, 500_000.21, 500_000.09_f64];
+    let rays = rays.map(|x| [x, 4_649_776.15, 9.0, 0.0, 0.0, -1.0]);
+    write_rays(&folder.join("rays.npy"), &rays);
     let cast = |origin: &[&str]| {
         let usual =
             ["cast", "tile.obj", "--rays", "rays.npy", "--hits", "hits.npy", "--index", "bvh"];
-        let output = arboleda(&folder, &[&usual, origin].concat());
-        assert!(output.status.success());
-        String::from_utf8(output.stderr).unwrap()
+        success(&run_in(folder, &[&usual, origin].concat())).1
     };
 
     let before = cast(&[]);
@@ -154,12 +125,10 @@ fn rays_in_the_coordinates_of_a_file_far_away() {
 
 #[test]
 fn errors_tell_their_cause_once() {
-    let output = arboleda(&folder("errors"), &["inspect", "no-such-file.obj"]);
-    assert!(!output.status.success());
-    let message = String::from_utf8(output.stderr).unwrap();
+    let folder = folder();
+    let message = failure(&run_in(folder.path(), &["inspect", "no-such-file.obj"]));
     assert!(message.starts_with("error: cannot read no-such-file.obj: "), "{message}");
     assert_eq!(message.matches("os error").count(), 1, "{message}");
     // Only files have an origin.
-    let output = arboleda(&folder("errors"), &["inspect", "--scene", "fig2", "--origin", "auto"]);
-    assert!(!output.status.success());
+    failure(&run_in(folder.path(), &["inspect", "--scene", "fig2", "--origin", "auto"]));
 }

@@ -1,8 +1,12 @@
 //! The program as a person calls it, in a folder of its own.
+// Each file of tests is a program, and uses a part of these.
+#![allow(dead_code)]
 
+use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use npyz::{AutoSerialize, WriteOptions, WriterBuilder};
 use tempfile::TempDir;
 
 /// An empty folder.
@@ -22,21 +26,30 @@ pub fn command_in(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// What a program that succeeds prints on stdout and stderr.
+/// Returns the text that a program that succeeds prints on stdout and stderr.
 pub fn success(output: &Output) -> (String, String) {
     let [shown, said] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
     assert!(output.status.success(), "{shown}{said}");
     (shown, said)
 }
 
-/// What a program that fails says on stderr.
+/// Returns the text that a program that fails prints on stderr.
 pub fn failure(output: &Output) -> String {
     let said = text(&output.stderr);
     assert!(!output.status.success(), "{}{said}", text(&output.stdout));
     said
 }
 
-/// The names of what is in a folder, sorted.
+/// Writes a `.npy` file of rays: origin and direction.
+pub fn write_rays<T: AutoSerialize + Copy>(path: &Path, rays: &[[T; 6]]) {
+    let file = File::create(path).expect("a new file");
+    let options = WriteOptions::new().default_dtype().shape(&[rays.len() as u64, 6]);
+    let mut writer = options.writer(file).begin_nd().expect("a header");
+    writer.extend(rays.as_flattened().iter().copied()).expect("rows");
+    writer.finish().expect("a whole file");
+}
+
+/// Lists the names of files and folders in a folder, sorted.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> =
