@@ -93,8 +93,18 @@ fn rays_in_the_coordinates_of_a_file_far_away() {
     let rays = rays.map(|x| [x, 4_649_776.15, 9.0, 0.0, 0.0, -1.0]);
     write_rays(&folder.join("rays.npy"), &rays);
     let cast = |origin: &[&str]| {
-        let usual =
-            ["cast", "tile.obj", "--rays", "rays.npy", "--hits", "hits.npy", "--index", "bvh"];
+        let usual = [
+            "cast",
+            "tile.obj",
+            "--rays",
+            "rays.npy",
+            "--hits",
+            "hits.npy",
+            "--points",
+            "points.npy",
+            "--index",
+            "bvh",
+        ];
         success(&run_in(folder, &[&usual, origin].concat())).1
     };
 
@@ -111,7 +121,7 @@ fn rays_in_the_coordinates_of_a_file_far_away() {
     for origin in [["--origin", "auto"], ["--origin", "500000,4649776,0"]] {
         let after = cast(&origin);
         assert!(!after.contains("warning"), "{after}");
-        assert!(after.contains("subtracted; add it to positions"), "{after}");
+        assert!(after.contains("subtracted; add it to positions that are shown"), "{after}");
         assert!(after.contains("bvh: 1 hits of 3 rays"), "{after}");
         let hits = std::fs::read(folder.join("hits.npy")).unwrap();
         let records = &hits[hits.len() - 3 * 16..];
@@ -120,6 +130,15 @@ fn rays_in_the_coordinates_of_a_file_far_away() {
             u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
         };
         assert_eq!([first(0), first(1), first(2)], [0, u32::MAX, u32::MAX]);
+        // Points are written in the coordinates of the file, in 64 bits.
+        let points = std::fs::read(folder.join("points.npy")).unwrap();
+        let row = &points[points.len() - 9 * 8..];
+        let coordinate =
+            |at: usize| f64::from_le_bytes(row[8 * at..8 * at + 8].try_into().unwrap());
+        for (at, expected) in [500_000.16, 4_649_776.15, 7.0].into_iter().enumerate() {
+            assert!((coordinate(at) - expected).abs() < 1e-7, "{}", coordinate(at));
+        }
+        assert!(coordinate(3).is_nan());
     }
 }
 

@@ -238,6 +238,7 @@ impl Trials<'_, '_> {
         let mut steps = 0;
         let tried = try_candidate(kind, self.scene, &options, arena, scratch, &mut steps);
         let build = costs.nanoseconds(count, steps as f64);
+        // The linear scan's build is a copy of the ids; it must not keep the first tree from being tried.
         if kind != IndexKind::Linear {
             self.budget.spend(build);
         }

@@ -80,7 +80,7 @@ impl Cast {
         self.check_outputs()?;
         let table = during("reading rays", || rays::load(&self.rays))?;
         if table.is_rounded() {
-            log::warn!("{}: float64 values are rounded to float32", self.rays.display());
+            log::info!("{}: float64 values are rounded to float32", self.rays.display());
         }
         let model = self.scene.load()?;
         let rays = table.rays(model.origin);

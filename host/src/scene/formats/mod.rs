@@ -39,7 +39,7 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
     let [x, y, z] = import.model.origin;
     if origin != Origin::Unchanged {
         log::info!(
-            "{}: origin {x},{y},{z} subtracted; add it to positions to get those of the file",
+            "{}: origin {x},{y},{z} subtracted; add it to positions that are shown to get those of the file",
             path.display()
         );
     }
