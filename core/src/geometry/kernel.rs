@@ -36,8 +36,9 @@
 //! same with `E` for `S`; `det * t` has 8 roundings, 48.1, and 56 covers it.
 //! `w = det - u - v` adds two roundings of values up to `6 D E (E + 2 S)`: `48 + 13 < 64`, hence
 //! `64 r D E (E + 2 S)`.
-//! In `f64` nothing underflows: a volume and its terms are multiples of 2^(-3 * 149). In `f32` a product that underflows loses at most
-//! 2^-150, a volume less than `12 * 2^-150 * max(D, 1)`; the bound adds `2^-120 * max(D, 1)` for it.
+//! In `f64` nothing underflows: a volume and its terms are multiples of 2^(-3 * 149). In `f32` a product that
+//! underflows loses at most 2^-150, a volume less than `12 * 2^-150 * max(D, 1)`; the bound adds
+//! `2^-120 * max(D, 1)` for it.
 //! The filter is used only where `D`, `E`, `S` lie in 2^-60..=2^60 and the volumes below 2^103, so
 //! that nothing overflows.
 //!

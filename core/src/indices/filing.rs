@@ -14,7 +14,8 @@
 //! may have on to its parts, in proportion to the triangles filed in each, and is divided only if the parts may
 //! have what is filed in them. So where triangles lie in one place, which no plane parts, a node becomes a leaf as
 //! soon as its share is used up, wherever else the tree goes on. A level files at most `n * allowance`
-//! references, so a tree of `d` levels takes at most `n * allowance * d` steps.
+//! references, each in at most nine steps and those of choosing planes. So a tree of `d` levels takes at most
+//! `n * allowance * d` times that many.
 
 use super::cell::Cell;
 use super::{Group, Local};
@@ -26,8 +27,8 @@ pub(super) const LEAF: u32 = 1 << 31;
 /// Links have 31 bits.
 const MOST_WORDS: usize = 1 << 31;
 
-/// References a triangle that a tree may have whose level is found. The built-in scenes take 1 to 8 in an octree and 1 to 6
-/// in a kd-tree, triangles strewn over a cube 11.
+/// References a triangle that a tree may have whose level is found. The built-in scenes take 1 to 8 in an octree and
+/// 1 to 6 in a kd-tree, triangles strewn over a cube 11.
 const ALLOWANCE: u64 = 16;
 /// References a triangle where the level is given, which says how large the tree is meant to be. An octree of level 11
 /// with one triangle a leaf, as in the paper's tables, takes 270 a triangle on figure 4(b), 720 on figure 3.
@@ -96,11 +97,11 @@ impl List {
 pub(super) struct Found {
     /// One bit for each part.
     pub mask: u8,
-    /// How often the triangle was looked at to find them: once, and once for each box it was compared with.
+    /// Looks at the triangle that finding them took: one, and one for each box it was compared with.
     pub steps: u32,
 }
 
-/// What is filed in the parts of a cell, and what may be below them.
+/// The number of references in the parts of a cell, and the most that there may be below them.
 #[derive(Clone, Copy)]
 pub(super) struct Parts {
     /// The parts in which something is filed, one bit each.
