@@ -113,25 +113,25 @@ macro_rules! registry {
         ///
         /// | kind | ordinary ray | any ray | batch | build |
         /// |---|---|---|---|---|
-        /// | linear | 2240 | 3904 | 3968 | 832 |
-        /// | octree | 6464 | 8064 | 8192 | 4800 |
-        /// | octree-hierarchy | 6464 | 8064 | 8192 | 2688 |
-        /// | octree-r | 6464 | 8128 | 8192 | 3584 |
-        /// | octree-r-hierarchy | 6464 | 8128 | 8192 | 2688 |
-        /// | uniform-grid | 2880 | 4544 | 4608 | 3584 |
-        /// | grid-hierarchy | 2880 | 4544 | 4608 | 3584 |
-        /// | kd-tree | 3904 | 5504 | 5504 | 11776 |
-        /// | kd-tree-hierarchy | 3904 | 5504 | 5504 | 8640 |
-        /// | bsp-tree | 3904 | 5504 | 5504 | 10624 |
-        /// | bsp-tree-hierarchy | 3904 | 5504 | 5504 | 3200 |
-        /// | bvh | 4032 | 5632 | 5632 | 10176 |
-        /// | bvh-hierarchy | 4032 | 5632 | 5632 | 8000 |
-        /// | wide-octree | 3648 | 6400 | 6656 | 14272 |
-        /// | wide-octree-hierarchy | 3648 | 6400 | 6656 | 15104 |
-        /// | compact-octree | 3776 | 5376 | 6912 | 13568 |
-        /// | compact-octree-hierarchy | 3776 | 5376 | 6912 | 14400 |
-        /// | lean-octree | 3968 | 6976 | 7232 | 13568 |
-        /// | lean-octree-hierarchy | 3968 | 6976 | 7232 | 14400 |
+        /// | linear | 2240 | 3904 | 3968 | 896 |
+        /// | octree | 6464 | 8064 | 8192 | 5888 |
+        /// | octree-hierarchy | 6464 | 8064 | 8192 | 2752 |
+        /// | octree-r | 6464 | 8128 | 8192 | 4800 |
+        /// | octree-r-hierarchy | 6464 | 8128 | 8192 | 3008 |
+        /// | uniform-grid | 2880 | 4544 | 4608 | 4032 |
+        /// | grid-hierarchy | 2880 | 4544 | 4608 | 4032 |
+        /// | kd-tree | 3904 | 5504 | 5504 | 15936 |
+        /// | kd-tree-hierarchy | 3904 | 5504 | 5504 | 9344 |
+        /// | bsp-tree | 3904 | 5504 | 5504 | 14848 |
+        /// | bsp-tree-hierarchy | 3904 | 5504 | 5504 | 4224 |
+        /// | bvh | 4032 | 5632 | 5632 | 10368 |
+        /// | bvh-hierarchy | 4032 | 5632 | 5632 | 8192 |
+        /// | wide-octree | 3776 | 6528 | 6656 | 14912 |
+        /// | wide-octree-hierarchy | 3776 | 6528 | 6656 | 15808 |
+        /// | compact-octree | 3776 | 5376 | 6912 | 14272 |
+        /// | compact-octree-hierarchy | 3776 | 5376 | 6912 | 15104 |
+        /// | lean-octree | 4032 | 6976 | 7232 | 14272 |
+        /// | lean-octree-hierarchy | 4032 | 6976 | 7232 | 15104 |
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum IndexKind {
             $($(#[doc = $doc])* #[cfg($($included)*)] $variant = $number,)*
