@@ -117,7 +117,7 @@ impl<'a, R: Representation> Stored<&'a mut [Block], R> {
     /// Builds an index of a scene in blocks that live elsewhere; see [`Index::build`].
     ///
     /// # Errors
-    /// Those of [`Stored::build`].
+    /// The errors of [`Stored::build`].
     pub fn build_in(
         scene: &Scene<'_>,
         options: &Options,

@@ -81,7 +81,7 @@ pub(crate) fn surface([x, y, z]: [f64; 3]) -> f64 {
 /// make the same tree, or before a level whose tree would take the search beyond its `budget` of steps.
 ///
 /// # Errors
-/// Those of `cost_at`, and [`BuildError::TooMuchWork`] if `words` allow fewer steps than the budget.
+/// The errors of `cost_at`, and [`BuildError::TooMuchWork`] if `words` allow fewer steps than the budget.
 pub(crate) fn best_level(
     most: u32,
     budget: u64,

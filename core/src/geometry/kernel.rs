@@ -93,7 +93,7 @@ pub enum Verdict {
     Hit(Intersection),
     /// The filter cannot tell; [`meet`] can.
     InDoubt,
-    /// As `InDoubt`, of a filter that has computed the volumes, with the bounds of this module; [`meet_exactly`]
+    /// The verdict `InDoubt` of a filter that has computed the volumes, with the bounds of this module; [`meet_exactly`]
     /// can tell.
     Doubtful(Volumes),
 }
@@ -126,7 +126,7 @@ pub fn meet<'p>(
     Meeting::new(pair, &volumes, volumes.hit_sign()?, t_min, t_max)
 }
 
-/// As [`meet`], where a weight may be 0; what needs no exact arithmetic is asked first.
+/// Decides as [`meet`] where a weight may be 0; tests that need no exact arithmetic come first.
 #[cold]
 #[inline(never)]
 pub fn meet_exactly<'p>(

@@ -87,14 +87,14 @@ impl List {
         self.from == self.to
     }
 
-    fn len(self) -> usize {
+    pub fn len(self) -> usize {
         self.to - self.from
     }
 }
 
 /// The parts of a cell that a triangle lies in.
 #[derive(Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct Placement {
     /// One bit for each part.
     pub mask: u8,
     /// Looks at the triangle that finding them took: one, and one for each box it was compared with.
@@ -198,7 +198,7 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         &mut self,
         list: List,
         most_references: u64,
-        mut parts_of: impl FnMut(&Triangle) -> Found,
+        mut parts_of: impl FnMut(&Triangle) -> Placement,
     ) -> Result<Option<Parts>, BuildError> {
         let mut mask = 0;
         // Each triangle lies in one part at least, so what there will be at least is known from the beginning.

@@ -34,7 +34,7 @@ use core::ops::ControlFlow;
 use arrayvec::ArrayVec;
 
 use super::cell::Cell;
-use super::filing::{Filing, Found, LEAF, List, Lists, check_leaf, most_references};
+use super::filing::{Filing, LEAF, List, Lists, Placement, check_leaf, most_references};
 use super::{Group, Local, Statistics};
 use crate::auto::{CostModel, best_level, search_steps};
 use crate::geometry::{AxisCrossing, RaySpan, Span, may_overlap};
@@ -325,13 +325,11 @@ impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
         most_references: u64,
     ) -> Result<u32, BuildError> {
         let node = self.filing.begin(list, &cell)?;
-        let ids = self.filing.ids(list);
-        let few = ids.len() <= self.options.leaf_capacity as usize;
+        let few = list.len() <= self.options.leaf_capacity as usize;
         let planes = if few || level >= self.most_level {
             [None; 3]
         } else {
-            let count = ids.len() as u64;
-            self.filing.words.spend(D::LOOKS * count)?;
+            self.filing.words.spend(D::LOOKS * list.len() as u64)?;
             let ids = self.filing.ids(list);
             D::choose(self.filing.group, ids, &cell, &self.options.cost_model())
         };
@@ -371,7 +369,7 @@ impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
 }
 
 /// The octants in which a triangle is to be filed.
-fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Found {
+fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Placement {
     let bounds = triangle.bounds();
     let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
     // What only touches a plane from one side is filed on that side, what lies in it in the lower half,
@@ -385,7 +383,7 @@ fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Found {
         octants &= if lower { 0xff } else { UPPER[axis] };
     }
     if octants.is_power_of_two() {
-        return Found { mask: octants, steps: 1 };
+        return Placement { mask: octants, steps: 1 };
     }
     let steps = 1 + octants.count_ones();
     for octant in 0..8 {
@@ -396,5 +394,5 @@ fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Found {
             }
         }
     }
-    Found { mask: octants, steps }
+    Placement { mask: octants, steps }
 }

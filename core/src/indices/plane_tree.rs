@@ -20,7 +20,7 @@ use core::ops::ControlFlow;
 use arrayvec::ArrayVec;
 
 use super::cell::Cell;
-use super::filing::{Filing, Found, LEAF, List, Lists, check_leaf, most_references};
+use super::filing::{Filing, LEAF, List, Lists, Placement, check_leaf, most_references};
 use super::near_first::walk_near_first;
 use super::{Group, Local, Statistics};
 use crate::auto::{CostModel, best_level, search_steps};
@@ -221,13 +221,11 @@ impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
             return Ok(EMPTY);
         }
         let node = self.filing.begin(list, &cell)?;
-        let ids = self.filing.ids(list);
-        let few = ids.len() <= self.leaf_capacity as usize;
+        let few = list.len() <= self.leaf_capacity as usize;
         let plane = if few || depth >= self.most_depth {
             None
         } else {
-            let count = ids.len() as u64;
-            self.filing.words.spend(D::LOOKS * count)?;
+            self.filing.words.spend(D::LOOKS * list.len() as u64)?;
             let ids = self.filing.ids(list);
             D::choose(self.filing.group, ids, &cell, depth, self.model)
         };
@@ -254,7 +252,7 @@ impl<D: Division> Builder<'_, '_, '_, '_, '_, D> {
 }
 
 /// The sides of a plane on which a triangle is to be filed.
-fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Found {
+fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Placement {
     let bounds = triangle.bounds();
     let (lo, hi) = match plane.axis {
         0 => (bounds.lo.x, bounds.hi.x),
@@ -264,9 +262,9 @@ fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Found {
     let upper = hi > plane.at;
     let lower = !upper || lo < plane.at;
     if !(upper && lower) {
-        return Found { mask: if upper { 1 << UPPER } else { 1 << LOWER }, steps: 1 };
+        return Placement { mask: if upper { 1 << UPPER } else { 1 << LOWER }, steps: 1 };
     }
     let [below, above] = halves;
     let reaches = |half: &Cell| u8::from(may_overlap(triangle, half.lo, half.hi));
-    Found { mask: reaches(below) << LOWER | reaches(above) << UPPER, steps: 3 }
+    Placement { mask: reaches(below) << LOWER | reaches(above) << UPPER, steps: 3 }
 }
