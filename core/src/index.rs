@@ -30,7 +30,7 @@ pub trait RayIndex {
 
     /// The closest hit of each ray, or [`Hit::NONE`]: the same bits as one by one, and the faster way to ask
     /// about many. Rays and hits beyond the shorter of both slices are left alone. Where there are
-    /// vector registers, the wide, compact and lean octrees walk four rays in turn, whose state takes some 13 KiB of
+    /// vector registers, the wide, compact and lean BVHs walk four rays in turn, whose state takes some 13 KiB of
     /// the stack; elsewhere see [`IndexKind`](crate::IndexKind#stack).
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
 
@@ -146,7 +146,7 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// As [`Index::build`], with the help of an executor; the same bytes.
     ///
-    /// The wide octree divides its triangles in branches that may run at once; clusters, and the other
+    /// The wide BVH divides its triangles in branches that may run at once; clusters, and the other
     /// indices, are built one after the other.
     ///
     /// # Errors

@@ -12,7 +12,7 @@
 //!
 //! # Features
 //! One for each kind of index, all of them by default: `octree`, `octree-r`, `uniform-grid`, `kd-tree`, `bsp-tree`,
-//! `bvh`, `wide-octree`, `compact-octree`, `lean-octree`. Each compiles the index over the whole scene and its
+//! `bvh`, `wide-bvh`, `compact-bvh`, `lean-bvh`. Each compiles the index over the whole scene and its
 //! hierarchy over clusters. The linear scan is always there. With `default-features = false` and one feature,
 //! [`AnyIndex`] and [`auto::select`] contain the code of that kind and of the linear scan only, and refuse bytes of
 //! others by name.
@@ -76,20 +76,20 @@ pub use index::{Index, RayIndex, Representation};
 pub use indices::BspTree;
 #[cfg(feature = "bvh")]
 pub use indices::Bvh;
-#[cfg(feature = "compact-octree")]
-pub use indices::CompactOctree;
+#[cfg(feature = "compact-bvh")]
+pub use indices::CompactBvh;
 #[cfg(feature = "kd-tree")]
 pub use indices::KdTree;
-#[cfg(feature = "lean-octree")]
-pub use indices::LeanOctree;
+#[cfg(feature = "lean-bvh")]
+pub use indices::LeanBvh;
 #[cfg(feature = "octree")]
 pub use indices::Octree;
 #[cfg(feature = "octree-r")]
 pub use indices::OctreeR;
 #[cfg(feature = "uniform-grid")]
 pub use indices::UniformGrid;
-#[cfg(feature = "wide-octree")]
-pub use indices::WideOctree;
+#[cfg(feature = "wide-bvh")]
+pub use indices::WideBvh;
 pub use indices::{AnyIndex, Clustered, IndexKind, Linear};
 pub use memory::Block;
 pub use mesh::{Mesh, MeshError};

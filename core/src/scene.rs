@@ -9,7 +9,7 @@ use crate::{BuildError, Mesh, Ray, Triangle};
 /// # Examples
 /// An index beside a mesh that is kept anyway reads the triangles where they lie, and is read back beside them.
 /// ```
-/// use arboleda::{Block, Index, LeanOctree, Mesh, Options, Ray, RayIndex, Scene, Vec3};
+/// use arboleda::{Block, Index, LeanBvh, Mesh, Options, Ray, RayIndex, Scene, Vec3};
 ///
 /// let (vertices, corners) = ([Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y], [[0, 1, 2], [0, 2, 3]]);
 /// let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
@@ -17,11 +17,11 @@ use crate::{BuildError, Mesh, Ray, Triangle};
 ///
 /// let (mut arena, mut scratch) = ([Block::ZERO; 16], [Block::ZERO; 16]);
 /// let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
-/// let built = Index::<LeanOctree>::build(&scene, &Options::default(), arena, scratch)?;
+/// let built = Index::<LeanBvh>::build(&scene, &Options::default(), arena, scratch)?;
 /// let ray = Ray::new(Vec3::new(0.25, 0.75, -1.0), Vec3::Z)?;
 /// assert_eq!(built.closest_hit(&ray).map(|hit| (hit.triangle.0, hit.t)), Some((1, 1.0)));
 ///
-/// let read = Index::<LeanOctree>::from_bytes_beside(built.as_bytes(), mesh)?;
+/// let read = Index::<LeanBvh>::from_bytes_beside(built.as_bytes(), mesh)?;
 /// assert!(read.occluded(&ray));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```

@@ -11,7 +11,7 @@ pub struct Vectors {
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 cpufeatures::new!(avx2, "avx2");
-// What the walk in `wide_octree::avx512` is compiled for.
+// What the walk in `wide_bvh::avx512` is compiled for.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 cpufeatures::new!(avx512, "avx2", "avx512f", "avx512vl", "avx512dq", "avx512bw");
 

@@ -13,8 +13,8 @@ use rayon::ThreadPool;
 ///
 /// let model = require("fig2")?;
 /// let (scene, options) = (model.scene(), Options::default());
-/// let one = OwnedIndex::build(IndexKind::WideOctree, &scene, &options)?;
-/// let many = OwnedIndex::build_with(IndexKind::WideOctree, &scene, &options, &Threads::new(None))?;
+/// let one = OwnedIndex::build(IndexKind::WideBvh, &scene, &options)?;
+/// let many = OwnedIndex::build_with(IndexKind::WideBvh, &scene, &options, &Threads::new(None))?;
 /// assert_eq!(one.as_bytes(), many.as_bytes());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

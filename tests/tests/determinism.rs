@@ -6,8 +6,8 @@
 //! never, and they are the same for every kind.
 
 use arboleda::{
-    CompactOctree, Counters, Executor, Hit, Index, IndexKind, LeanOctree, Options, Ray, RayIndex,
-    Representation, Scene, Triangle, Vec3, Vectors, WideOctree,
+    CompactBvh, Counters, Executor, Hit, Index, IndexKind, LeanBvh, Options, Ray, RayIndex,
+    Representation, Scene, Triangle, Vec3, Vectors, WideBvh,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
@@ -31,12 +31,12 @@ const IMAGES: &[(&str, u64)] = &[
     ("bsp-tree-hierarchy", 0x708e_9625_d095_da74),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
-    ("wide-octree", 0x4ef8_e330_e59f_4ec7),
-    ("wide-octree-hierarchy", 0x18b2_fe1d_6800_a291),
-    ("compact-octree", 0x1d10_8e60_08fa_1232),
-    ("compact-octree-hierarchy", 0x7833_c5bb_b115_2150),
-    ("lean-octree", 0xcd86_43db_3304_b843),
-    ("lean-octree-hierarchy", 0x2569_d243_7e72_2e7f),
+    ("wide-bvh", 0x4ef8_e330_e59f_4ec7),
+    ("wide-bvh-hierarchy", 0x18b2_fe1d_6800_a291),
+    ("compact-bvh", 0x1d10_8e60_08fa_1232),
+    ("compact-bvh-hierarchy", 0x7833_c5bb_b115_2150),
+    ("lean-bvh", 0xcd86_43db_3304_b843),
+    ("lean-bvh-hierarchy", 0x2569_d243_7e72_2e7f),
 ];
 
 /// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
@@ -110,10 +110,10 @@ fn executors_change_nothing() {
     triangles.extend(scenes::moved(&scenes::icosphere(5), 0.1, Vec3::new(500.0, 0.0, 0.0)));
     let (scene, options) = (Scene::new(&triangles), Options::default());
     for kind in [
-        IndexKind::WideOctree,
-        IndexKind::WideOctreeHierarchy,
-        IndexKind::CompactOctree,
-        IndexKind::LeanOctree,
+        IndexKind::WideBvh,
+        IndexKind::WideBvhHierarchy,
+        IndexKind::CompactBvh,
+        IndexKind::LeanBvh,
         IndexKind::BvhHierarchy,
     ] {
         let one = Built::new(kind, &scene, &options).expect("an ordinary scene");
@@ -129,9 +129,9 @@ fn executors_change_nothing() {
 fn vector_instructions_change_nothing() {
     let triangles = scene();
     let hard_rays = hard_rays(&triangles);
-    same_with_and_without::<WideOctree>(IndexKind::WideOctree, &triangles, &hard_rays);
-    same_with_and_without::<CompactOctree>(IndexKind::CompactOctree, &triangles, &hard_rays);
-    same_with_and_without::<LeanOctree>(IndexKind::LeanOctree, &triangles, &hard_rays);
+    same_with_and_without::<WideBvh>(IndexKind::WideBvh, &triangles, &hard_rays);
+    same_with_and_without::<CompactBvh>(IndexKind::CompactBvh, &triangles, &hard_rays);
+    same_with_and_without::<LeanBvh>(IndexKind::LeanBvh, &triangles, &hard_rays);
 }
 
 fn same_with_and_without<R: Representation>(kind: IndexKind, triangles: &[Triangle], rays: &[Ray]) {

@@ -130,12 +130,12 @@ fn forged_octrees_are_refused() {
     refused("words left over", &[LEAF | 1, 1, 0, 0]);
 }
 
-/// A wide octree of many pages begins with upper nodes: see the head of `indices/wide_octree/mod.rs` in the core.
+/// A wide BVH of many pages begins with upper nodes: see the head of `indices/wide_bvh/mod.rs` in the core.
 #[test]
 fn forged_upper_nodes_are_refused() {
     const UPPER_ROWS: usize = 3;
     let triangles = scenes::soup(2_000, 3);
-    let kind = IndexKind::WideOctree;
+    let kind = IndexKind::WideBvh;
     let valid = Built::new(kind, &Scene::new(&triangles), &Options::default()).expect("a soup");
     let words = valid.index().image().words().to_vec();
     let (rows, upper_rows) = (words.len() as u32 / 8, words[UPPER_ROWS]);

@@ -6,7 +6,7 @@
 
 use arboleda::geometry::kernel::Intersection;
 use arboleda::{
-    Block, Index, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors, WideOctree, intersect,
+    Block, Index, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors, WideBvh, intersect,
 };
 use arboleda_tests::pairs::{self, Family};
 use arboleda_tests::random::Random;
@@ -24,7 +24,7 @@ fn bits(hit: Option<Intersection>) -> Option<[u32; 3]> {
     hit.map(|hit| [hit.t, hit.u, hit.v].map(f32::to_bits))
 }
 
-/// The wide octree has filters of its own in front of the kernel.
+/// The wide BVH has filters of its own in front of the kernel.
 struct Lanes {
     arena: Vec<Block>,
     scratch: Vec<Block>,
@@ -32,7 +32,7 @@ struct Lanes {
 
 impl Lanes {
     fn new() -> Self {
-        let scratch = Index::<WideOctree>::scratch_capacity(1, &Options::default());
+        let scratch = Index::<WideBvh>::scratch_capacity(1, &Options::default());
         let scratch = vec![Block::ZERO; Block::count(scratch)];
         Self { arena: vec![Block::ZERO; 32], scratch }
     }
@@ -42,7 +42,7 @@ impl Lanes {
         let triangles = [triangle];
         let (arena, scratch) = (Block::bytes(&mut self.arena), Block::bytes(&mut self.scratch));
         let scene = Scene::new(&triangles);
-        let index = Index::<WideOctree>::build(&scene, &Options::default(), arena, scratch);
+        let index = Index::<WideBvh>::build(&scene, &Options::default(), arena, scratch);
         let index = index.expect("room for one triangle");
         [index, index.with_vectors(Vectors::COMPILED)].map(|index| {
             let hit = index.closest_hit(ray);
@@ -91,7 +91,7 @@ struct Outcome<P> {
 }
 
 impl<P: Pairs> Outcome<P> {
-    /// Asks the kernel, and the wide octree in both ways.
+    /// Asks the kernel, and the wide BVH in both ways.
     fn check(
         &mut self,
         lanes: &mut Lanes,

@@ -5,8 +5,8 @@
 //! `arboleda_tests::checks`.
 
 use arboleda::{
-    BuildError, ImageError, Index, IndexKind, LeanOctree, Mesh, MeshError, Options, RayIndex,
-    Scene, Vec3,
+    BuildError, ImageError, Index, IndexKind, LeanBvh, Mesh, MeshError, Options, RayIndex, Scene,
+    Vec3,
 };
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::{all_hits, is_the_same};
@@ -68,11 +68,11 @@ fn whole_objects_beside_a_mesh() {
 }
 
 #[test]
-fn a_lean_octree_needs_at_most_12_bytes_a_triangle() {
+fn a_lean_bvh_needs_at_most_12_bytes_a_triangle() {
     let triangles = scenes::icosphere(6);
     let (vertices, corners) = welded(&triangles);
     let scene = Scene::of(Mesh::Indexed { vertices: &vertices, corners: &corners }).beside();
-    for kind in [IndexKind::LeanOctree, IndexKind::LeanOctreeHierarchy] {
+    for kind in [IndexKind::LeanBvh, IndexKind::LeanBvhHierarchy] {
         let built = Built::new(kind, &scene, &Options::default()).expect("an ordinary scene");
         let (bytes, count) = (built.bytes().len(), triangles.len());
         assert!(bytes <= 12 * count, "{} takes {bytes} bytes for {count}", kind.name());
@@ -231,24 +231,24 @@ fn random_words_beside_a_mesh_are_harmless() {
     }
 }
 
-/// The zeros that a lean octree ends with.
+/// The zeros that a lean BVH ends with.
 const END_OF_LEAN: [u32; 38] = [0; 38];
 
-/// The lean octree's format, forged: see the heads of `indices/compact_octree` and its `ids` in the core.
+/// The lean BVH's format, forged: see the heads of `indices/compact_bvh` and its `ids` in the core.
 #[test]
-fn forged_lean_octrees_are_refused() {
+fn forged_lean_bvhs_are_refused() {
     const LEAF: u32 = 1 << 31;
     let leaf = |place: u32, count: u32| LEAF | (count - 1) << 28 | place;
     let triangles = scenes::lattice(3, 2, 5);
     let mesh = Mesh::Triangles(&triangles);
     let scene = Scene::of(mesh).beside();
-    let valid = Built::new(IndexKind::LeanOctree, &scene, &Options::default());
+    let valid = Built::new(IndexKind::LeanBvh, &scene, &Options::default());
     let valid = valid.expect("an ordinary scene");
     let largest = 4.0_f32.to_bits();
     let read = |words: &[u32]| {
         let words = [words, &END_OF_LEAN].concat();
         let forged = with_words_beside(&valid, mesh, &words);
-        Index::<LeanOctree>::from_bytes_beside(forged.bytes(), mesh).err()
+        Index::<LeanBvh>::from_bytes_beside(forged.bytes(), mesh).err()
     };
     let refused = |what: &str, words: &[u32]| {
         let error = read(words);
@@ -282,8 +282,8 @@ fn a_copied_image_may_be_read_beside_any_form_of_its_mesh() {
     let triangles = scenes::icosphere(2);
     let (vertices, corners) = welded(&triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
-    let built = Built::new(IndexKind::LeanOctree, &Scene::of(mesh).beside(), &Options::default());
-    let copy = Built::copied(IndexKind::LeanOctree, built.expect("ordinary").bytes());
+    let built = Built::new(IndexKind::LeanBvh, &Scene::of(mesh).beside(), &Options::default());
+    let copy = Built::copied(IndexKind::LeanBvh, built.expect("ordinary").bytes());
     let index = copy.index_beside(Mesh::Triangles(&triangles));
     assert_eq!(index.as_bytes(), copy.bytes());
     assert_eq!(index.image().triangles().len(), triangles.len());

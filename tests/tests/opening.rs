@@ -2,7 +2,7 @@
 
 use arboleda::{
     AnyIndex, Block, BuildError, Clustered, ImageError, Index, IndexKind, Linear, Mesh, Octree,
-    Options, Ray, RayIndex, Scene, Stored, Triangle, Vec3, WideOctree,
+    Options, Ray, RayIndex, Scene, Stored, Triangle, Vec3, WideBvh,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::scenes;
@@ -29,8 +29,8 @@ fn scratch_is_known_to_the_compiler() {
     let by_type = [
         (IndexKind::Linear, of::<Linear> as fn(&Options) -> usize),
         (IndexKind::OctreeHierarchy, of::<Clustered<Octree>>),
-        (IndexKind::WideOctree, of::<WideOctree>),
-        (IndexKind::WideOctreeHierarchy, of::<Clustered<WideOctree>>),
+        (IndexKind::WideBvh, of::<WideBvh>),
+        (IndexKind::WideBvhHierarchy, of::<Clustered<WideBvh>>),
     ];
     for (kind, bytes) in by_type {
         let options = Options::DEFAULT;
@@ -125,12 +125,12 @@ fn scratch_of_two_hundred_triangles() {
         ("bsp-tree-hierarchy", 20_736),
         ("bvh", 2_560),
         ("bvh-hierarchy", 15_424),
-        ("wide-octree", 12_160),
-        ("wide-octree-hierarchy", 29_824),
-        ("compact-octree", 12_160),
-        ("compact-octree-hierarchy", 29_824),
-        ("lean-octree", 12_160),
-        ("lean-octree-hierarchy", 29_824),
+        ("wide-bvh", 12_160),
+        ("wide-bvh-hierarchy", 29_824),
+        ("compact-bvh", 12_160),
+        ("compact-bvh-hierarchy", 29_824),
+        ("lean-bvh", 12_160),
+        ("lean-bvh-hierarchy", 29_824),
     ];
     assert_eq!(most.len(), IndexKind::ALL.len());
     for (kind, (name, most)) in IndexKind::ALL.iter().zip(most) {

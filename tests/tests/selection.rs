@@ -45,8 +45,8 @@ fn a_few_triangles_need_no_tree() {
     let kind = select_within(ROOM, &triangles, IndexKind::ALL, &[]).unwrap().kind();
     let built = Built::new(kind, &Scene::new(&triangles), &Options::default()).unwrap();
     assert_eq!(built.index().check().unwrap().inner_nodes, 0, "{}", kind.name());
-    // A leaf of the wide octree tests one triangle faster than a loop does.
-    assert_eq!(kind, IndexKind::WideOctree);
+    // A leaf of the wide BVH tests one triangle faster than a loop does.
+    assert_eq!(kind, IndexKind::WideBvh);
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn thousands_of_triangles_do() {
     }
 }
 
-/// Counted on a Cortex-M4, in instructions a ray on 200 triangles: 9,500 in wide octrees, 18,300 in the kd-tree, 30,800
+/// Counted on a Cortex-M4, in instructions a ray on 200 triangles: 9,500 in wide BVHs, 18,300 in the kd-tree, 30,800
 /// in the octree hierarchy, 36,800 in the bounding volume hierarchy, 39,900 in the linear scan. With `f64` in hardware,
 /// the linear scan is far behind.
 #[test]
@@ -85,7 +85,7 @@ fn software_floats_are_weighed_as_they_were_counted() {
     for kind in [IndexKind::OctreeHierarchy, IndexKind::Bvh, IndexKind::KdTree] {
         let (hardware, software) = (gain(Float64::Hardware, kind), gain(Float64::Software, kind));
         assert!(software < 0.5 * hardware, "{}: {hardware}, {software}", kind.name());
-        assert!(gain(Float64::Software, IndexKind::WideOctree) > software);
+        assert!(gain(Float64::Software, IndexKind::WideBvh) > software);
     }
 }
 
@@ -216,7 +216,7 @@ fn the_more_rays_the_more_is_tried() {
     assert_eq!((one.kind(), tried(&one)), (IndexKind::Linear, 1));
     assert!(one.to_string().contains("; not worth building: octree, octree-hierarchy, "), "{one}");
     let some = select_for(&triangles, 10_000);
-    assert_eq!(some.kind(), IndexKind::WideOctree);
+    assert_eq!(some.kind(), IndexKind::WideBvh);
     assert!((2..IndexKind::ALL.len()).contains(&tried(&some)), "{some}");
     let many = select_for(&triangles, u64::MAX);
     assert_eq!(tried(&many), IndexKind::ALL.len());

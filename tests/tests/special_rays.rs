@@ -78,7 +78,7 @@ fn is_at_most(limit: f64, what: &str, kind: IndexKind, ratio: f64) {
 }
 
 const KINDS: [IndexKind; 4] =
-    [IndexKind::WideOctree, IndexKind::LeanOctree, IndexKind::Bvh, IndexKind::KdTree];
+    [IndexKind::WideBvh, IndexKind::LeanBvh, IndexKind::Bvh, IndexKind::KdTree];
 
 #[test]
 fn rays_on_grid_lines_take_little_longer_than_others() {

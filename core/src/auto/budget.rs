@@ -26,9 +26,9 @@ pub(super) struct BuildCost {
 /// Measured as the weights were, on the built-in scenes; nanoseconds a step scatter by a factor of two.
 const TABLE: [(&str, f64, [f64; 2]); 10] = [
     ("linear", 1.0, [0.0, 0.0]),
-    ("wide-octree", 8.0, [0.75, 0.75]),
-    ("compact-octree", 10.0, [0.75, 0.75]),
-    ("lean-octree", 10.0, [0.75, 0.75]),
+    ("wide-bvh", 8.0, [0.75, 0.75]),
+    ("compact-bvh", 10.0, [0.75, 0.75]),
+    ("lean-bvh", 10.0, [0.75, 0.75]),
     ("bvh", 220.0, [0.8, 0.4]),
     ("kd-tree", 35.0, [5.0, 5.0]),
     ("octree", 100.0, [0.5, 0.5]),

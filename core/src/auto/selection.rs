@@ -22,7 +22,7 @@ use crate::{BuildError, IndexKind, Options, Ray, RayIndex, Scene, Sequential};
 const KINDS: usize = IndexKind::ALL.len();
 
 /// Candidates worth building: on every built-in scene, one of them was the fastest of all, and no other was within a
-/// factor of 1.5 of it. The octree hierarchy is here for its size. The compact octree, which is smaller still, is
+/// factor of 1.5 of it. The octree hierarchy is here for its size. The compact BVH, which is smaller still, is
 /// not: it is a sixth slower than the wide one, which is less than weights tell apart on some scenes.
 pub const USUAL: &[IndexKind] = &[
     IndexKind::Linear,
@@ -36,10 +36,10 @@ pub const USUAL: &[IndexKind] = &[
     IndexKind::Bvh,
     #[cfg(feature = "bvh")]
     IndexKind::BvhHierarchy,
-    #[cfg(feature = "wide-octree")]
-    IndexKind::WideOctree,
-    #[cfg(feature = "wide-octree")]
-    IndexKind::WideOctreeHierarchy,
+    #[cfg(feature = "wide-bvh")]
+    IndexKind::WideBvh,
+    #[cfg(feature = "wide-bvh")]
+    IndexKind::WideBvhHierarchy,
 ];
 
 /// What costs at most so many times the least is as good: the weights are no more exact.

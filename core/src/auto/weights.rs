@@ -29,17 +29,17 @@ const TABLE: [(&str, Weights); 10] = [
     ("kd-tree", Weights { ray: 27.4, node: 30.0, test: 19.7 }), // +-20%
     ("bsp-tree", Weights { ray: 26.8, node: 27.6, test: 20.8 }), // +-24%
     ("bvh", Weights { ray: 25.5, node: 76.8, test: 20.7 }),    // +-15%
-    ("wide-octree", Weights { ray: 4.1, node: 26.9, test: 0.5 }), // +-14%
-    ("compact-octree", Weights { ray: 17.4, node: 19.7, test: 8.1 }), // +-14%
-    ("lean-octree", Weights { ray: 21.0, node: 19.2, test: 12.4 }), // +-8%
+    ("wide-bvh", Weights { ray: 4.1, node: 26.9, test: 0.5 }), // +-14%
+    ("compact-bvh", Weights { ray: 17.4, node: 19.7, test: 8.1 }), // +-14%
+    ("lean-bvh", Weights { ray: 21.0, node: 19.2, test: 12.4 }), // +-8%
 ];
 
 /// The same table for processors that calculate `f64` in software: 10 ns an instruction on a Cortex-M4, with `f32` in
 /// hardware. Fitted in the same way to the lines that `thumb_cost` of `tests/targets/bare_metal` prints in an emulator,
 /// for 24 to 456 triangles; behind each line how far the counted instructions lie from it.
 ///
-/// By hand: all but the wide octrees have the test of the linear scan, because they call the same function. Most of the
-/// cost of a ray and of a node is boxes in `f64`, and the hit, if there is one; the wide octrees calculate with `f32`.
+/// By hand: all but the wide BVHs have the test of the linear scan, because they call the same function. Most of the
+/// cost of a ray and of a node is boxes in `f64`, and the hit, if there is one; the wide BVHs calculate with `f32`.
 const SOFTWARE_TABLE: [(&str, Weights); 10] = [
     ("linear", Weights { ray: 36_390.0, node: 103_812.0, test: 1_934.0 }), // +-0%
     ("octree", Weights { ray: 37_692.0, node: 44_729.0, test: 1_934.0 }),  // +-7%
@@ -48,9 +48,9 @@ const SOFTWARE_TABLE: [(&str, Weights); 10] = [
     ("kd-tree", Weights { ray: 38_784.0, node: 22_736.0, test: 1_934.0 }), // +-16%
     ("bsp-tree", Weights { ray: 48_775.0, node: 21_006.0, test: 1_934.0 }), // +-21%
     ("bvh", Weights { ray: 35_373.0, node: 57_647.0, test: 1_934.0 }),     // +-1%
-    ("wide-octree", Weights { ray: 776.0, node: 7_370.0, test: 13_838.0 }), // +-1%
-    ("compact-octree", Weights { ray: 100.0, node: 11_218.0, test: 13_859.0 }), // +-1%
-    ("lean-octree", Weights { ray: 51.0, node: 12_396.0, test: 14_518.0 }), // +-1%
+    ("wide-bvh", Weights { ray: 776.0, node: 7_370.0, test: 13_838.0 }),   // +-1%
+    ("compact-bvh", Weights { ray: 100.0, node: 11_218.0, test: 13_859.0 }), // +-1%
+    ("lean-bvh", Weights { ray: 51.0, node: 12_396.0, test: 14_518.0 }),   // +-1%
 ];
 
 /// For an index that was never measured: such that it is not preferred for that.

@@ -16,7 +16,7 @@
 //!
 //! # Measured
 //! - Expansions for the same signs, and for ties: a ray through a vertex of a height field took 60,000 instructions
-//!   instead of 4,000 (callgrind, wide octree), because each sum of terms is a loop of branches; and 6 KB of stack.
+//!   instead of 4,000 (callgrind, wide BVH), because each sum of terms is a loop of branches; and 6 KB of stack.
 
 use super::exact::{Volume, Weight};
 use super::{Ray, Triangle};

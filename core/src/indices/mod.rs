@@ -16,8 +16,8 @@ mod bvh_insertion;
 #[cfg(any(feature = "octree", feature = "octree-r", feature = "kd-tree", feature = "bsp-tree"))]
 mod cell;
 mod clustered;
-#[cfg(any(feature = "compact-octree", feature = "lean-octree"))]
-mod compact_octree;
+#[cfg(any(feature = "compact-bvh", feature = "lean-bvh"))]
+mod compact_bvh;
 #[cfg(any(feature = "octree", feature = "octree-r", feature = "kd-tree", feature = "bsp-tree"))]
 mod filing;
 #[cfg(feature = "kd-tree")]
@@ -38,8 +38,8 @@ mod registry;
 mod split_cost;
 #[cfg(feature = "uniform-grid")]
 mod uniform_grid;
-#[cfg(any(feature = "wide-octree", feature = "compact-octree", feature = "lean-octree"))]
-mod wide_octree;
+#[cfg(any(feature = "wide-bvh", feature = "compact-bvh", feature = "lean-bvh"))]
+mod wide_bvh;
 
 use core::ops::ControlFlow;
 
@@ -48,10 +48,10 @@ pub use bsp_tree::BspTree;
 #[cfg(feature = "bvh")]
 pub use bvh::Bvh;
 pub use clustered::Clustered;
-#[cfg(feature = "compact-octree")]
-pub use compact_octree::CompactOctree;
-#[cfg(feature = "lean-octree")]
-pub use compact_octree::LeanOctree;
+#[cfg(feature = "compact-bvh")]
+pub use compact_bvh::CompactBvh;
+#[cfg(feature = "lean-bvh")]
+pub use compact_bvh::LeanBvh;
 #[cfg(feature = "kd-tree")]
 pub use kd_tree::KdTree;
 pub use linear::Linear;
@@ -62,8 +62,8 @@ pub use octree_r::OctreeR;
 pub use registry::{AnyIndex, IndexKind};
 #[cfg(feature = "uniform-grid")]
 pub use uniform_grid::UniformGrid;
-#[cfg(feature = "wide-octree")]
-pub use wide_octree::WideOctree;
+#[cfg(feature = "wide-bvh")]
+pub use wide_bvh::WideBvh;
 
 use crate::auto::CostModel;
 use crate::cluster::Clusters;

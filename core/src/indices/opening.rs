@@ -13,9 +13,9 @@ const FAMILIES: [(u32, &str); 10] = [
     (5, "bsp-tree"),
     (6, "uniform-grid"),
     (7, "bvh"),
-    (9, "wide-octree"),
-    (10, "compact-octree"),
-    (11, "lean-octree"),
+    (9, "wide-bvh"),
+    (10, "compact-bvh"),
+    (11, "lean-bvh"),
 ];
 /// The bits of an image's kind that are the family.
 const FAMILY: u32 = 0xffff;
@@ -120,12 +120,12 @@ mod tests {
             ("bsp-tree-hierarchy", 10),
             ("bvh", 11),
             ("bvh-hierarchy", 12),
-            ("wide-octree", 13),
-            ("wide-octree-hierarchy", 14),
-            ("compact-octree", 15),
-            ("compact-octree-hierarchy", 16),
-            ("lean-octree", 17),
-            ("lean-octree-hierarchy", 18),
+            ("wide-bvh", 13),
+            ("wide-bvh-hierarchy", 14),
+            ("compact-bvh", 15),
+            ("compact-bvh-hierarchy", 16),
+            ("lean-bvh", 17),
+            ("lean-bvh-hierarchy", 18),
         ];
         for kind in IndexKind::ALL {
             assert!(numbers.contains(&(kind.name(), *kind as u32)), "{}", kind.name());

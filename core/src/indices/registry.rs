@@ -4,20 +4,20 @@
 use super::BspTree;
 #[cfg(feature = "bvh")]
 use super::Bvh;
-#[cfg(feature = "compact-octree")]
-use super::CompactOctree;
+#[cfg(feature = "compact-bvh")]
+use super::CompactBvh;
 #[cfg(feature = "kd-tree")]
 use super::KdTree;
-#[cfg(feature = "lean-octree")]
-use super::LeanOctree;
+#[cfg(feature = "lean-bvh")]
+use super::LeanBvh;
 #[cfg(feature = "octree")]
 use super::Octree;
 #[cfg(feature = "octree-r")]
 use super::OctreeR;
 #[cfg(feature = "uniform-grid")]
 use super::UniformGrid;
-#[cfg(feature = "wide-octree")]
-use super::WideOctree;
+#[cfg(feature = "wide-bvh")]
+use super::WideBvh;
 use super::{Clustered, Linear, Structure};
 use crate::auto::CostModel;
 use crate::capacity::{Capacity, scratch_with};
@@ -68,24 +68,24 @@ registry! {
     /// A bounding volume hierarchy for each cluster.
     #[cfg(feature = "bvh")]
     BvhHierarchy = 12: Clustered<Bvh> in bvh,
-    /// One wide octree over everything.
-    #[cfg(feature = "wide-octree")]
-    WideOctree = 13: WideOctree in wide_octree,
-    /// A wide octree for each cluster.
-    #[cfg(feature = "wide-octree")]
-    WideOctreeHierarchy = 14: Clustered<WideOctree> in wide_octree,
-    /// One compact octree over everything.
-    #[cfg(feature = "compact-octree")]
-    CompactOctree = 15: CompactOctree in wide_octree,
-    /// A compact octree for each cluster.
-    #[cfg(feature = "compact-octree")]
-    CompactOctreeHierarchy = 16: Clustered<CompactOctree> in wide_octree,
-    /// One lean octree over everything.
-    #[cfg(feature = "lean-octree")]
-    LeanOctree = 17: LeanOctree in wide_octree,
-    /// A lean octree for each cluster.
-    #[cfg(feature = "lean-octree")]
-    LeanOctreeHierarchy = 18: Clustered<LeanOctree> in wide_octree,
+    /// One wide BVH over everything.
+    #[cfg(feature = "wide-bvh")]
+    WideBvh = 13: WideBvh in wide_bvh,
+    /// A wide BVH for each cluster.
+    #[cfg(feature = "wide-bvh")]
+    WideBvhHierarchy = 14: Clustered<WideBvh> in wide_bvh,
+    /// One compact BVH over everything.
+    #[cfg(feature = "compact-bvh")]
+    CompactBvh = 15: CompactBvh in wide_bvh,
+    /// A compact BVH for each cluster.
+    #[cfg(feature = "compact-bvh")]
+    CompactBvhHierarchy = 16: Clustered<CompactBvh> in wide_bvh,
+    /// One lean BVH over everything.
+    #[cfg(feature = "lean-bvh")]
+    LeanBvh = 17: LeanBvh in wide_bvh,
+    /// A lean BVH for each cluster.
+    #[cfg(feature = "lean-bvh")]
+    LeanBvhHierarchy = 18: Clustered<LeanBvh> in wide_bvh,
 }
 
 macro_rules! registry {
@@ -106,7 +106,7 @@ macro_rules! registry {
         /// Queries have frames of fixed sizes and do not recurse, so their bounds hold for every scene. Builds of trees
         /// recurse once for each level: their bounds hold for the 456 triangles of the check, and a deeper tree takes
         /// more, a frame a level, for at most 21 levels in octrees, 60 in kd- and BSP trees, 62 in bounding volume
-        /// hierarchies, 89 in wide octrees.
+        /// hierarchies, 89 in wide BVHs.
         ///
         /// An ordinary ray is decided by the filters; any ray may also hit a corner exactly, lie in a plane, begin far
         /// away or at a negative `t_min`. A batch is [`RayIndex::closest_hits`].
@@ -126,12 +126,12 @@ macro_rules! registry {
         /// | bsp-tree-hierarchy | 3904 | 5504 | 5504 | 4224 |
         /// | bvh | 4032 | 5632 | 5632 | 10368 |
         /// | bvh-hierarchy | 4032 | 5632 | 5632 | 8192 |
-        /// | wide-octree | 3776 | 6528 | 6656 | 14912 |
-        /// | wide-octree-hierarchy | 3776 | 6528 | 6656 | 15808 |
-        /// | compact-octree | 3776 | 5376 | 6912 | 14272 |
-        /// | compact-octree-hierarchy | 3776 | 5376 | 6912 | 15104 |
-        /// | lean-octree | 4032 | 6976 | 7232 | 14272 |
-        /// | lean-octree-hierarchy | 4032 | 6976 | 7232 | 15104 |
+        /// | wide-bvh | 3776 | 6528 | 6656 | 14912 |
+        /// | wide-bvh-hierarchy | 3776 | 6528 | 6656 | 15808 |
+        /// | compact-bvh | 3776 | 5376 | 6912 | 14272 |
+        /// | compact-bvh-hierarchy | 3776 | 5376 | 6912 | 15104 |
+        /// | lean-bvh | 4032 | 6976 | 7232 | 14272 |
+        /// | lean-bvh-hierarchy | 4032 | 6976 | 7232 | 15104 |
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum IndexKind {
             $($(#[doc = $doc])* #[cfg($($included)*)] $variant = $number,)*

@@ -13,7 +13,7 @@ use crate::photon::{DEFAULT_MAX_BOUNCES, Tracer};
 use crate::scene::Model;
 
 /// The index that finds the rays, and the hits that others are compared with.
-const GUIDE: IndexKind = IndexKind::WideOctree;
+const GUIDE: IndexKind = IndexKind::WideBvh;
 
 /// Photons whose rays indices are built and selected by.
 pub const SAMPLE_PHOTONS: u64 = 512;

@@ -216,11 +216,11 @@ fn what_it_is(kind: IndexKind) -> &'static str {
         IndexKind::KdTree => "planes by surface-area cost",
         IndexKind::BspTree => "planes in the middle, the axes in turn",
         IndexKind::Bvh => "a bounding volume hierarchy of two children a node",
-        IndexKind::WideOctree => {
+        IndexKind::WideBvh => {
             "boxes by surface-area cost, eight children a node: usually the fastest"
         }
-        IndexKind::CompactOctree => "the same in half the bytes, a little slower",
-        IndexKind::LeanOctree => "the same in the fewest bytes, for a mesh that is kept anyway",
+        IndexKind::CompactBvh => "the same in half the bytes, a little slower",
+        IndexKind::LeanBvh => "the same in the fewest bytes, for a mesh that is kept anyway",
         other if other.is_clustered() => "the same in each cluster",
         _ => "one over everything",
     }

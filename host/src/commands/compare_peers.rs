@@ -26,7 +26,7 @@ pub struct PeerArguments {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
     against: Vec<String>,
     /// With --peers: these indices of ours; the first is the one held against the others in peers.md
-    /// [default: wide-octree,wide-octree-hierarchy,bvh,octree-hierarchy]; in the tables `bvh` is the crate, ours is
+    /// [default: wide-bvh,wide-bvh-hierarchy,bvh,octree-hierarchy]; in the tables `bvh` is the crate, ours is
     /// `arboleda-bvh`
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "peers")]
     index: Vec<String>,

@@ -48,12 +48,8 @@ impl Default for ComparisonOptions<'_> {
 }
 
 /// Those of ours made for speed, a binary hierarchy as the others have, and the paper's.
-pub const USUAL_KINDS: &[IndexKind] = &[
-    IndexKind::WideOctree,
-    IndexKind::WideOctreeHierarchy,
-    IndexKind::Bvh,
-    IndexKind::OctreeHierarchy,
-];
+pub const USUAL_KINDS: &[IndexKind] =
+    &[IndexKind::WideBvh, IndexKind::WideBvhHierarchy, IndexKind::Bvh, IndexKind::OctreeHierarchy];
 
 /// One contender in one mode.
 #[derive(Clone, Debug, PartialEq)]

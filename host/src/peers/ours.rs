@@ -15,7 +15,7 @@ pub fn name(kind: IndexKind) -> &'static str {
 /// Whether an index of ours is looked at as it is meant to be used: beside an indexed mesh that the application
 /// keeps, and without a copy of the triangles.
 pub(super) fn is_beside(kind: IndexKind) -> bool {
-    matches!(kind, IndexKind::LeanOctree | IndexKind::LeanOctreeHierarchy)
+    matches!(kind, IndexKind::LeanBvh | IndexKind::LeanBvhHierarchy)
 }
 
 /// An index of ours whose kind is known where the loops are compiled, as the others' is.
@@ -34,12 +34,12 @@ pub fn contender(index: AnyIndex<'_>) -> Box<dyn Contender + '_> {
         AnyIndex::OctreeHierarchy(index) => direct(index),
         AnyIndex::Bvh(index) => direct(index),
         AnyIndex::BvhHierarchy(index) => direct(index),
-        AnyIndex::WideOctree(index) => direct(index),
-        AnyIndex::WideOctreeHierarchy(index) => direct(index),
-        AnyIndex::CompactOctree(index) => direct(index),
-        AnyIndex::CompactOctreeHierarchy(index) => direct(index),
-        AnyIndex::LeanOctree(index) => direct(index),
-        AnyIndex::LeanOctreeHierarchy(index) => direct(index),
+        AnyIndex::WideBvh(index) => direct(index),
+        AnyIndex::WideBvhHierarchy(index) => direct(index),
+        AnyIndex::CompactBvh(index) => direct(index),
+        AnyIndex::CompactBvhHierarchy(index) => direct(index),
+        AnyIndex::LeanBvh(index) => direct(index),
+        AnyIndex::LeanBvhHierarchy(index) => direct(index),
         other => Box::new(Ours(other)),
     }
 }

@@ -81,7 +81,7 @@ pub fn table(comparison: &Comparison) -> Table {
 pub const LEGEND: &str = "single, batch (closest hits) and occluded in million rays a second, the median; x: \
      how many times the fastest Embree in the same mode, for batch in any; wrong: answers, of all modes, \
      that are not the exact ones; ties: another triangle at the same t; leaks: rays that left a closed \
-     mesh, in the worst mode; bytes: with the contender's copy of the triangles, which a lean octree has none of, \
+     mesh, in the worst mode; bytes: with the contender's copy of the triangles, which a lean BVH has none of, \
      as it lies beside the application's indexed mesh";
 
 /// As [`table`], for both forms.

@@ -111,12 +111,12 @@ impl Write for Console {
 
 /// The kinds whose walks use vectors. The others would take the emulator a minute.
 const KINDS: [IndexKind; 6] = [
-    IndexKind::WideOctree,
-    IndexKind::WideOctreeHierarchy,
-    IndexKind::CompactOctree,
-    IndexKind::CompactOctreeHierarchy,
-    IndexKind::LeanOctree,
-    IndexKind::LeanOctreeHierarchy,
+    IndexKind::WideBvh,
+    IndexKind::WideBvhHierarchy,
+    IndexKind::CompactBvh,
+    IndexKind::CompactBvhHierarchy,
+    IndexKind::LeanBvh,
+    IndexKind::LeanBvhHierarchy,
 ];
 
 #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! The wide octree: nodes of up to eight boxes, tested at once, over leaves of up to eight triangles.
+//! The wide BVH: nodes of up to eight boxes, tested at once, over leaves of up to eight triangles.
 //!
 //! ```text
 //! words:  rows of eight words: head | upper nodes, breadth first | what is below them, each depth first
@@ -68,8 +68,8 @@ use crate::memory::{Image, Words};
 use crate::query::Query;
 use crate::{BuildError, Executor, Options, Vectors};
 
-/// The wide octree, alone or as the local index of a hierarchy.
-pub enum WideOctree {}
+/// The wide BVH, alone or as the local index of a hierarchy.
+pub enum WideBvh {}
 
 /// Eight words; a row of a node or of a leaf.
 pub(super) type Row = [u32; LANES];
@@ -109,9 +109,9 @@ pub(super) const fn scratch_bytes(triangle_count: usize, _: &Options) -> usize {
     build::scratch_bytes(triangle_count)
 }
 
-impl Structure for WideOctree {
-    const NAME: &'static str = "wide-octree";
-    const HIERARCHY_NAME: &'static str = "wide-octree-hierarchy";
+impl Structure for WideBvh {
+    const NAME: &'static str = "wide-bvh";
+    const HIERARCHY_NAME: &'static str = "wide-bvh-hierarchy";
     const KIND: u32 = 9;
     const HOLDS_TRIANGLES: bool = true;
 

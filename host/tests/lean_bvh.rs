@@ -1,4 +1,4 @@
-//! What the lean octree is for: at most 12 bytes a triangle beside a mesh that is kept anyway.
+//! What the lean BVH is for: at most 12 bytes a triangle beside a mesh that is kept anyway.
 
 use arboleda::{IndexKind, Options};
 use arboleda_host::OwnedIndex;
@@ -9,7 +9,7 @@ fn at_most_12_bytes_a_triangle_beside_the_mesh() {
     for name in ["fig2", "fig3", "fig4b", "fig4e", "city", "mixed", "sphere", "mesh"] {
         let model = builtin::require(name).expect("a built-in scene");
         let count = model.triangles.len();
-        for kind in [IndexKind::LeanOctree, IndexKind::LeanOctreeHierarchy] {
+        for kind in [IndexKind::LeanBvh, IndexKind::LeanBvhHierarchy] {
             let scene = model.scene().beside();
             let owned = OwnedIndex::build(kind, &scene, &Options::default());
             let bytes = owned.expect("an ordinary scene").bytes();

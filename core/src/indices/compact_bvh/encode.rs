@@ -1,4 +1,4 @@
-//! From the sorted triangles of the wide octree's first pass to nodes and leaves.
+//! From the sorted triangles of the wide BVH's first pass to nodes and leaves.
 
 use core::marker::PhantomData;
 
@@ -7,10 +7,10 @@ use arrayvec::ArrayVec;
 use super::{Form, HEAD_WORDS, Node, most_words};
 use crate::geometry::{Aabb, Box4};
 use crate::indices::Division;
-use crate::indices::wide_octree::LANES;
-use crate::indices::wide_octree::build::sort;
-use crate::indices::wide_octree::collapse::Subtree;
-use crate::indices::wide_octree::item::Item;
+use crate::indices::wide_bvh::LANES;
+use crate::indices::wide_bvh::build::sort;
+use crate::indices::wide_bvh::collapse::Subtree;
+use crate::indices::wide_bvh::item::Item;
 use crate::memory::Words;
 use crate::{BuildError, Executor, Mesh};
 

@@ -1,13 +1,13 @@
-//! The wide octree in less memory: the compact octree, and the lean octree beside a mesh.
+//! The wide BVH in less memory: the compact BVH, and the lean BVH beside a mesh.
 //!
 //! ```text
 //! words:  link of the root, the largest coordinate | nodes and leaves, depth first, the root first | zeros
 //! node:   x.lo[8] x.hi[8] y.lo[8] ... z.hi[8], 16 bits each | anchor.xyz | step.xyz | links[8]
 //! ```
-//! The lean octree keeps of a node what its children need: see `ids`. Leaves of the compact octree hold the
+//! The lean BVH keeps of a node what its children need: see `ids`. Leaves of the compact BVH hold the
 //! triangles: see `blocks`.
 //!
-//! The tree is that of the wide octree, and so are the walk and the triangle tests. What differs is how nodes
+//! The tree is that of the wide BVH, and so are the walk and the triangle tests. What differs is how nodes
 //! and leaves are written down. The planes of a node's boxes are `anchor + q * step`, `q` a number of 16 bits;
 //! rounded outwards, and kept where they can be: see `node`. An unused lane has a link past the end. Eight
 //! planes are unpacked at once. With AVX-512 allowed, AVX2 is used: for the former, compilers turn the corners of one
@@ -40,28 +40,28 @@ use ids::Ids;
 use lanes::Unpack;
 use tree::Packed;
 
-use super::wide_octree::lanes::LaneRay;
-use super::wide_octree::walk::{walk, walk_each};
-use super::wide_octree::{LANES, MAX_DEPTH, STACK, scratch_bytes};
+use super::wide_bvh::lanes::LaneRay;
+use super::wide_bvh::walk::{walk, walk_each};
+use super::wide_bvh::{LANES, MAX_DEPTH, STACK, scratch_bytes};
 use super::{Division, Statistics, Structure};
 use crate::memory::{Image, Words};
 use crate::query::Query;
 use crate::{BuildError, Executor, Mesh, Options, Vectors};
 
-/// The compact octree, alone or as the local index of a hierarchy: 25 to 30 bytes a triangle, with all that
+/// The compact BVH, alone or as the local index of a hierarchy: 25 to 30 bytes a triangle, with all that
 /// answering needs.
-pub type CompactOctree = QuantisedOctree<Blocks>;
+pub type CompactBvh = QuantisedBvh<Blocks>;
 
-/// The lean octree, alone or as the local index of a hierarchy: made to lie [beside](crate::Scene::beside) a
+/// The lean BVH, alone or as the local index of a hierarchy: made to lie [beside](crate::Scene::beside) a
 /// mesh that is kept anyway: 7.3 to 9.4 bytes a triangle more on the scenes of the host.
-pub type LeanOctree = QuantisedOctree<Ids>;
+pub type LeanBvh = QuantisedBvh<Ids>;
 
-/// An octree of quantised boxes, written down in some form.
-pub struct QuantisedOctree<F>(PhantomData<F>);
+/// A BVH of quantised boxes, written down in some form.
+pub struct QuantisedBvh<F>(PhantomData<F>);
 
 /// How nodes and leaves are written down. Nodes have two to eight children, leaves one to eight triangles.
 trait Form: Copy + 'static {
-    /// The name of the octree.
+    /// The name of the index.
     const NAME: &'static str;
     /// The name of the hierarchy.
     const HIERARCHY_NAME: &'static str;
@@ -83,7 +83,7 @@ trait Form: Copy + 'static {
     /// The whole of a node, and its words.
     fn node_at(words: &[u32], link: u32) -> Option<(Node, usize)>;
 
-    /// As [`InLanes::meet_node`](super::wide_octree::walk::InLanes::meet_node).
+    /// As [`InLanes::meet_node`](super::wide_bvh::walk::InLanes::meet_node).
     fn meet_node<L: Unpack>(words: &[u32], link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys>;
 
     /// The link in one lane of a node.
@@ -130,7 +130,7 @@ fn most_words<F: Form>() -> usize {
     F::PLACE as usize - BLOCK_WORDS
 }
 
-impl<F: Form> Structure for QuantisedOctree<F> {
+impl<F: Form> Structure for QuantisedBvh<F> {
     const NAME: &'static str = F::NAME;
     const HIERARCHY_NAME: &'static str = F::HIERARCHY_NAME;
     const KIND: u32 = F::KIND;

@@ -1,6 +1,6 @@
 //! Unpacking in AVX2.
 //!
-//! The same operations in the same order as `lanes`. As in the wide octree's `avx2`, the only `unsafe` is
+//! The same operations in the same order as `lanes`. As in the wide BVH's `avx2`, the only `unsafe` is
 //! calling functions compiled for instructions that the processor may not have;
 //! [`Vectors`](crate::Vectors) can say that it has them only after asking it.
 #![allow(unsafe_code)]
@@ -17,10 +17,10 @@ use core::arch::x86_64::{
 use super::ids::{FewBoxes, Known};
 use super::lanes::{UNUSED, Unpack};
 use super::{BLOCK_HEAD, Block, Node, vertex_count};
-use crate::indices::wide_octree::avx2::{Avx2, meet_planes};
-use crate::indices::wide_octree::lanes::{Candidates, LaneRay, Lanes};
-use crate::indices::wide_octree::leaf::Leaf;
-use crate::indices::wide_octree::{LANES, Row};
+use crate::indices::wide_bvh::avx2::{Avx2, meet_planes};
+use crate::indices::wide_bvh::lanes::{Candidates, LaneRay, Lanes};
+use crate::indices::wide_bvh::leaf::Leaf;
+use crate::indices::wide_bvh::{LANES, Row};
 use crate::query::Query;
 use crate::{Mesh, Triangle, Vec3};
 

@@ -1,4 +1,4 @@
-//! The words, as a walk reads them; the walk is that of the wide octree.
+//! The words, as a walk reads them; the walk is that of the wide BVH.
 
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
@@ -7,8 +7,8 @@ use super::lanes::Unpack;
 use super::{EMPTY, Form};
 use crate::Mesh;
 use crate::geometry::Aabb;
-use crate::indices::wide_octree::lanes::LaneRay;
-use crate::indices::wide_octree::walk::{InLanes, Step, Tree};
+use crate::indices::wide_bvh::lanes::LaneRay;
+use crate::indices::wide_bvh::walk::{InLanes, Step, Tree};
 use crate::memory::Image;
 use crate::query::Query;
 

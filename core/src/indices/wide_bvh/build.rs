@@ -6,7 +6,7 @@
 //! them at once, and the bytes are the same. Where nothing is to be written, the first pass says how much it
 //! would be.
 //!
-//! Octrees that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
+//! Indices that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
 
 use super::collapse::{Forest, Split, Subtree};
 use super::divide::{Divider, Place};

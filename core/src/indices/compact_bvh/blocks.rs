@@ -1,4 +1,4 @@
-//! The form of the compact octree: leaves hold the triangles, over tables of the vertices that they share.
+//! The form of the compact BVH: leaves hold the triangles, over tables of the vertices that they share.
 //!
 //! ```text
 //! link:   leaf bit | word (31 bits)
@@ -21,14 +21,14 @@ use arrayvec::ArrayVec;
 use super::lanes::Unpack;
 use super::tree::Packed;
 use super::{Form, LEAF, NODE_WORDS, Node};
-use crate::indices::wide_octree::LANES;
-use crate::indices::wide_octree::lanes::LaneRay;
-use crate::indices::wide_octree::walk::{decide_each, last_t};
+use crate::indices::wide_bvh::LANES;
+use crate::indices::wide_bvh::lanes::LaneRay;
+use crate::indices::wide_bvh::walk::{decide_each, last_t};
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
 use crate::{Mesh, Triangle, Vec3};
 
-/// The form of the compact octree.
+/// The form of the compact BVH.
 #[derive(Clone, Copy)]
 pub enum Blocks {}
 
@@ -98,8 +98,8 @@ fn node_at(words: &[u32], link: u32) -> Option<&Node> {
 }
 
 impl Form for Blocks {
-    const NAME: &'static str = "compact-octree";
-    const HIERARCHY_NAME: &'static str = "compact-octree-hierarchy";
+    const NAME: &'static str = "compact-bvh";
+    const HIERARCHY_NAME: &'static str = "compact-bvh-hierarchy";
     const KIND: u32 = 10;
     const HOLDS_TRIANGLES: bool = true;
     const ZEROS: usize = BLOCK_WORDS;

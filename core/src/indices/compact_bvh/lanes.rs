@@ -1,11 +1,11 @@
-//! Unpacking, eight at once; what is unpacked is tested as in the wide octree.
+//! Unpacking, eight at once; what is unpacked is tested as in the wide BVH.
 
 use super::ids::{FewBoxes, Known};
 use super::{BLOCK_HEAD, BLOCK_WORDS, Block, Node, corner_at, vertex_count};
-use crate::indices::wide_octree::LANES;
-use crate::indices::wide_octree::lanes::{Candidates, FAR, LaneRay, Lanes};
-use crate::indices::wide_octree::leaf::{Leaf, set_triangle};
-use crate::indices::wide_octree::portable::{Eight, Portable, meet_planes};
+use crate::indices::wide_bvh::LANES;
+use crate::indices::wide_bvh::lanes::{Candidates, FAR, LaneRay, Lanes};
+use crate::indices::wide_bvh::leaf::{Leaf, set_triangle};
+use crate::indices::wide_bvh::portable::{Eight, Portable, meet_planes};
 use crate::query::Query;
 
 /// Lanes that can read nodes and leaves.

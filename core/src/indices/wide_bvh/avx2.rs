@@ -2,7 +2,7 @@
 //!
 //! The same operations in the same order as `lanes`, which the compiler turns into much longer code; and a
 //! filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the kernel's own.
-//! The only `unsafe` of this crate is here, in `avx512` and in the compact octree's `avx2`: calling functions
+//! The only `unsafe` of this crate is here, in `avx512` and in the compact BVH's `avx2`: calling functions
 //! compiled for instructions that the processor may not have. [`Vectors`](crate::Vectors) can say that it has
 //! them only after asking it. Worth about a third of the time of a query.
 #![allow(unsafe_code)]

@@ -1,4 +1,4 @@
-//! The form of the lean octree: leaves name the triangles, which lie elsewhere.
+//! The form of the lean BVH: leaves name the triangles, which lie elsewhere.
 //!
 //! ```text
 //! link:   leaf bit | children or triangles - 1 (3 bits) | word (28 bits)
@@ -11,8 +11,8 @@
 //! planes of a box share a word, and links come first: so an odd number of children leaves no gap, lanes choose
 //! between near and far planes without a copy of the node, and a link is found without the number of children.
 //!
-//! At a leaf the corners of its triangles are gathered into rows, and tested as those of the wide octree. Their
-//! longest edges are found there too: kept in a word of each leaf, as the compact octree does, they would cost
+//! At a leaf the corners of its triangles are gathered into rows, and tested as those of the wide BVH. Their
+//! longest edges are found there too: kept in a word of each leaf, as the compact BVH does, they would cost
 //! 0.6 to 1.0 bytes a triangle, and save 1% of the instructions of a photon.
 
 use core::ops::ControlFlow;
@@ -20,14 +20,14 @@ use core::ops::ControlFlow;
 use super::lanes::Unpack;
 use super::tree::Packed;
 use super::{Form, LEAF, Node};
-use crate::indices::wide_octree::lanes::LaneRay;
-use crate::indices::wide_octree::walk::decide_each;
-use crate::indices::wide_octree::{LANES, Row};
+use crate::indices::wide_bvh::lanes::LaneRay;
+use crate::indices::wide_bvh::walk::decide_each;
+use crate::indices::wide_bvh::{LANES, Row};
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
 use crate::{Mesh, Triangle};
 
-/// The form of the lean octree.
+/// The form of the lean BVH.
 #[derive(Clone, Copy)]
 pub enum Ids {}
 
@@ -91,8 +91,8 @@ impl<'a> Known<'a> {
 }
 
 impl Form for Ids {
-    const NAME: &'static str = "lean-octree";
-    const HIERARCHY_NAME: &'static str = "lean-octree-hierarchy";
+    const NAME: &'static str = "lean-bvh";
+    const HIERARCHY_NAME: &'static str = "lean-bvh-hierarchy";
     const KIND: u32 = 11;
     const HOLDS_TRIANGLES: bool = false;
     const ZEROS: usize = WINDOW;

@@ -1,4 +1,4 @@
-//! What the compact octree is for: an index of at most 34 bytes a triangle, corners and ids included.
+//! What the compact BVH is for: an index of at most 34 bytes a triangle, corners and ids included.
 
 use arboleda::{IndexKind, Options};
 use arboleda_host::OwnedIndex;
@@ -8,7 +8,7 @@ use arboleda_host::scene::builtin;
 fn at_most_34_bytes_a_triangle() {
     for name in ["fig3", "fig4b", "city", "mesh-20000", "city-50000"] {
         let model = builtin::require(name).expect("a built-in scene");
-        for kind in [IndexKind::CompactOctree, IndexKind::CompactOctreeHierarchy] {
+        for kind in [IndexKind::CompactBvh, IndexKind::CompactBvhHierarchy] {
             let owned = OwnedIndex::build(kind, &model.scene(), &Options::default());
             let bytes = owned.expect("an ordinary scene").bytes();
             let triangles = model.scene().triangles().len();

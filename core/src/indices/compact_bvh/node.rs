@@ -16,7 +16,7 @@
 use super::{EMPTY, NODE_WORDS, Node};
 use crate::Vec3;
 use crate::geometry::Aabb;
-use crate::indices::wide_octree::LANES;
+use crate::indices::wide_bvh::LANES;
 
 impl Default for Node {
     /// No boxes.

@@ -164,7 +164,7 @@ impl<'s> Subtree<'s> {
         Self { items: items.unwrap_or_default(), from, at, ..self }
     }
 
-    /// The rows that a wide octree takes for it, if it is not a leaf among others.
+    /// The rows that a wide BVH takes for it, if it is not a leaf among others.
     pub fn rows(&self) -> u32 {
         self.split().map_or(LEAF_ROWS, |split| split.rows)
     }
