@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::MeshError;
+use crate::input::MeshError;
 
 /// Why an index was not built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub enum BuildError {
         /// Bytes that were given.
         given: usize,
     },
-    /// The arena or the scratch does not start at a multiple of [`crate::memory::ALIGNMENT`] bytes.
+    /// The arena or the scratch does not start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes.
     Misaligned,
     /// The scene's triangles cannot be indexed.
     Mesh(MeshError),
@@ -109,13 +109,13 @@ impl From<MeshError> for BuildError {
 /// Why bytes are not an index that can be queried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum ImageError {
-    /// The bytes do not start at a multiple of [`crate::memory::ALIGNMENT`].
+pub enum OpenError {
+    /// The bytes do not start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT).
     Misaligned,
     /// Shorter than the header, or than the header says.
     Truncated,
     /// Not an image of this library.
-    NotAnImage,
+    NotAnIndex,
     /// Written on a machine of the other byte order.
     OtherByteOrder,
     /// Written by another version of the format.
@@ -125,7 +125,7 @@ pub enum ImageError {
     },
     /// An image of another representation.
     OtherKind {
-        /// The kind expected; see [`crate::Representation::KIND`].
+        /// The kind expected; see [`crate::kinds::Representation::FORMAT`].
         expected: u32,
         /// The kind found.
         found: u32,
@@ -165,7 +165,7 @@ pub enum ImageError {
     },
 }
 
-impl fmt::Display for ImageError {
+impl fmt::Display for OpenError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Misaligned => write!(
@@ -174,7 +174,7 @@ impl fmt::Display for ImageError {
                 crate::memory::ALIGNMENT
             ),
             Self::Truncated => f.write_str("the image is cut short"),
-            Self::NotAnImage => f.write_str("these bytes are not an index"),
+            Self::NotAnIndex => f.write_str("these bytes are not an index"),
             Self::OtherByteOrder => f.write_str("the image has the other byte order"),
             Self::OtherVersion { found } => write!(f, "the image has format version {found}"),
             Self::OtherKind { expected, found } => {
@@ -182,7 +182,7 @@ impl fmt::Display for ImageError {
             }
             Self::KindLeftOut { feature } => write!(
                 f,
-                "the image holds an index of the family {feature}, which this program was built without: \
+                "the bytes hold an index of the family {feature}, which this program was built without: \
                  turn on the feature {feature} of arboleda"
             ),
             Self::UnknownKind { found } => {
@@ -207,4 +207,4 @@ impl fmt::Display for ImageError {
     }
 }
 
-impl core::error::Error for ImageError {}
+impl core::error::Error for OpenError {}

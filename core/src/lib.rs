@@ -14,12 +14,13 @@
 //! One for each kind of index, all of them by default: `octree`, `octree-r`, `uniform-grid`, `kd-tree`, `bsp-tree`,
 //! `bvh`, `wide-bvh`, `compact-bvh`, `lean-bvh`. Each compiles the index over the whole scene and its
 //! hierarchy over clusters. The linear scan is always there. With `default-features = false` and one feature,
-//! [`AnyIndex`] and [`auto::select`] contain the code of that kind and of the linear scan only, and refuse bytes of
+//! [`AnyIndex`] and [`select::select`] contain the code of that kind and of the linear scan only, and refuse bytes of
 //! others by name.
 //!
 //! # Examples
 //! ```
-//! use arboleda::{Block, Clustered, Index, Octree, Options, Ray, RayIndex, Scene, Triangle, Vec3};
+//! use arboleda::{Block, Index, Options, Ray, Scene, Triangle, Vec3};
+//! use arboleda::kinds::{Clustered, Octree};
 //!
 //! let corner = Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y);
 //! let far_corner = Triangle::new(Vec3::splat(50.0), Vec3::new(51.0, 50.0, 50.0), Vec3::new(50.0, 51.0, 50.0));
@@ -51,49 +52,73 @@
     clippy::float_cmp                 // exactness is the point
 )]
 
-pub mod auto;
-mod capacity;
-pub mod cluster;
-mod error;
-mod executor;
-pub mod geometry;
-mod index;
-pub mod indices;
-pub mod memory;
-mod mesh;
-pub mod query;
-mod scene;
-mod stored;
-mod vectors;
+#[cfg(feature = "alloc")]
+extern crate alloc;
 
-pub use capacity::Capacity;
-pub use error::{BuildError, ImageError};
-pub use executor::{Executor, Sequential};
+mod cluster;
+mod cost;
+mod error;
+mod geometry;
+mod index;
+mod indices;
+mod input;
+mod memory;
+mod query;
+mod structure;
+
+pub use error::{BuildError, OpenError};
+pub use geometry::kernel::Intersection;
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
-pub use index::{Index, RayIndex, Representation};
-#[cfg(feature = "bsp-tree")]
-pub use indices::BspTree;
-#[cfg(feature = "bvh")]
-pub use indices::Bvh;
-#[cfg(feature = "compact-bvh")]
-pub use indices::CompactBvh;
-#[cfg(feature = "kd-tree")]
-pub use indices::KdTree;
-#[cfg(feature = "lean-bvh")]
-pub use indices::LeanBvh;
-#[cfg(feature = "octree")]
-pub use indices::Octree;
-#[cfg(feature = "octree-r")]
-pub use indices::OctreeR;
-#[cfg(feature = "uniform-grid")]
-pub use indices::UniformGrid;
-#[cfg(feature = "wide-bvh")]
-pub use indices::WideBvh;
-pub use indices::{AnyIndex, Clustered, IndexKind, Linear};
-pub use memory::Block;
-pub use mesh::{Mesh, MeshError};
+#[cfg(feature = "alloc")]
+pub use index::OwnedIndex;
+pub use index::{AnyIndex, Capacity, Index, IndexKind, RayIndex, Storage, Stored, select};
+pub use input::{
+    BvhBuild, CostModel, Executor, Float64, Level, Mesh, MeshError, Options, Resolution, Scene,
+    Sequential, SimdLevel,
+};
+pub use memory::{Aligned, Block};
 pub use query::{AllHits, Counters, Hit, TriangleId};
-pub use scene::{BvhBuild, Float64, Level, Options, Resolution, Scene};
-pub use stored::{Storage, Stored};
-pub use vectors::Vectors;
+pub use structure::Statistics;
+
+/// The indices, as types: what an [`Index`] is made of at compile time. At run time, [`IndexKind`] names them.
+///
+/// | type | what it is | bytes a triangle | take it |
+/// |---|---|---|---|
+/// | [`Linear`](kinds::Linear) | every triangle, one after the other | 40 | for some dozen triangles; as an oracle |
+/// | [`Octree`](kinds::Octree) | cells halved along all axes | | for the paper's comparisons |
+/// | [`OctreeR`](kinds::OctreeR) | octants divided where it costs least | | for comparisons |
+/// | [`UniformGrid`](kinds::UniformGrid) | cells of one size | | for triangles of one size, evenly strewn |
+/// | [`KdTree`](kinds::KdTree) | cells divided by the cheapest plane | | where nodes have to be cheap |
+/// | [`BspTree`](kinds::BspTree) | cells halved, the axes in turn | | for comparisons |
+/// | [`Bvh`](kinds::Bvh) | a binary tree of boxes | | where memory and code have to be small |
+/// | [`WideBvh`](kinds::WideBvh) | a BVH8 in `f32` | 50 to 55 | for speed |
+/// | [`CompactBvh`](kinds::CompactBvh) | a BVH8 in 16 bits | 25 to 30 | for speed in little memory |
+/// | [`LeanBvh`](kinds::LeanBvh) | a BVH8 in 16 bits beside a mesh | 7 to 10 | beside a mesh that is kept anyway |
+///
+/// [`Clustered`](kinds::Clustered) of any of them is a hierarchy: one in each cluster, below the cluster tree. Bytes
+/// include what answering needs; those left blank depend on the scene.
+pub mod kinds {
+    pub use crate::indices::*;
+    pub use crate::structure::Representation;
+}
+
+/// The clusters of a scene, and the tree that joins them.
+pub mod clusters {
+    pub use crate::cluster::{ClusterNode, Clusters, NodeId, find, scratch_capacity};
+}
+
+/// All that an index of your own needs: the contract, and the tools that keep it exact.
+///
+/// Implement [`Described`](custom::Described) and [`LocalIndex`](custom::LocalIndex) for a type, and
+/// [`Index`]`<YourType>` and `Index<Clustered<YourType>>` are there.
+pub mod custom {
+    pub use crate::cluster::{ClusterNode, Clusters, NodeId};
+    pub use crate::cost::Weights;
+    pub use crate::geometry::{AxisCrossing, RaySpan, Span, kernel, may_overlap};
+    pub use crate::memory::{ALIGNMENT, Words};
+    pub use crate::query::Query;
+    pub use crate::structure::{
+        Described, DividedScene, Group, Local, LocalIndex, Sections, Structure,
+    };
+}

@@ -8,8 +8,8 @@ use core::ops::ControlFlow;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::geometry::kernel::{self, Intersection, Meeting, Verdict, meet, meet_exactly};
-use crate::geometry::{Ray, Triangle, last_parameter};
+use crate::geometry::kernel::{Intersection, Meeting, Verdict, meet, meet_exactly};
+use crate::geometry::{Ray, Triangle, kernel, last_parameter};
 
 /// The place of a triangle in the scene it was built from.
 ///
@@ -100,7 +100,7 @@ impl Count for &mut Counters {
 }
 
 /// What an index asks while it walks.
-pub trait Query {
+pub trait Query: sealed::Sealed {
     /// Whether any hit is enough: then it is told of one that is sure.
     const ANY: bool = false;
 
@@ -144,6 +144,11 @@ pub trait Query {
     }
 }
 
+/// Only the queries of this crate: an index may rely on what they do.
+pub(crate) mod sealed {
+    pub trait Sealed {}
+}
+
 /// Decides exactly, for a pair that a filter has left in doubt, whether there is a hit up to `t_max`.
 #[inline]
 fn decided<'p>(
@@ -176,6 +181,8 @@ impl<'r, C: Count> Closest<'r, C> {
         (!self.hit.is_none()).then_some(self.hit)
     }
 }
+
+impl<C> sealed::Sealed for Closest<'_, C> {}
 
 impl<C: Count> Query for Closest<'_, C> {
     #[inline]
@@ -232,6 +239,8 @@ impl<'r, C: Count> Occluded<'r, C> {
         Self { ray, count, found: false }
     }
 }
+
+impl<C> sealed::Sealed for Occluded<'_, C> {}
 
 impl<C: Count> Query for Occluded<'_, C> {
     const ANY: bool = true;
@@ -315,6 +324,8 @@ impl<'r, 'h, C: Count> All<'r, 'h, C> {
         }
     }
 }
+
+impl<C> sealed::Sealed for All<'_, '_, C> {}
 
 impl<C: Count> Query for All<'_, '_, C> {
     #[inline]

@@ -9,9 +9,7 @@
 #![no_main]
 
 use arbitrary::{Arbitrary, Unstructured};
-use arboleda::{
-    BuildError, BvhBuild, Hit, IndexKind, Level, Options, RayIndex, Resolution, Triangle, Vec3,
-};
+use arboleda::{BuildError, BvhBuild, Hit, IndexKind, Level, Options, Resolution, Triangle, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::checks::{all_hits, bits};
 use arboleda_tests::crowds::{self, Crowd};

@@ -47,8 +47,7 @@ fuzz_target!(|pair: Pair| {
     let (Ok(ray), true) = (ray, triangle.is_finite()) else {
         return;
     };
-    let bits =
-        |hit: arboleda::geometry::kernel::Intersection| [hit.t, hit.u, hit.v].map(f32::to_bits);
+    let bits = |hit: arboleda::Intersection| [hit.t, hit.u, hit.v].map(f32::to_bits);
     let (found, exact) = (intersect(&ray, &triangle), oracle::hit::intersect(&ray, &triangle));
     assert_eq!(found.map(bits), exact.map(bits), "found {found:?}, exact {exact:?}");
 });

@@ -10,8 +10,7 @@
 #![no_main]
 
 use arbitrary::{Arbitrary, Unstructured};
-use arboleda::geometry::kernel::Intersection;
-use arboleda::{IndexKind, Level, Options, Ray, Triangle, Vec3, intersect};
+use arboleda::{IndexKind, Intersection, Level, Options, Ray, Triangle, Vec3, intersect};
 use arboleda_tests::checks::index_equals_linear;
 use arboleda_tests::oracle;
 use arboleda_tests::pairs::Family;

@@ -1,6 +1,6 @@
 //! The automatic selection, with memory from the heap.
 
-use arboleda::auto::{Selection, USUAL, select};
+use arboleda::select::{Selection, USUAL, select};
 use arboleda::{Block, BuildError, Options, Scene};
 
 /// An index that needs more bytes a triangle than this is left out: the grids and octrees worth having stay
@@ -9,7 +9,7 @@ const BYTES_PER_TRIANGLE: usize = 1024;
 /// Room for the smallest scenes.
 const LEAST_BYTES: usize = 1 << 20;
 
-/// Chooses among the usual indices; see [`arboleda::auto::select`].
+/// Chooses among the usual indices; see [`arboleda::select::select`].
 ///
 /// # Errors
 /// As there.

@@ -71,7 +71,7 @@ pub fn index_equals_linear(
 pub fn is_the_same(beside: &AnyIndex<'_>, own: &AnyIndex<'_>, rays: &[Ray], expected: &[Vec<Hit>]) {
     let name = own.kind().name();
     assert_eq!(beside.check(), own.check(), "{name}");
-    let (image, own_image) = (beside.image(), own.image());
+    let (image, own_image) = (beside.sections(), own.sections());
     assert_eq!(image.words(), own_image.words(), "{name}");
     assert_eq!(image.nodes(), own_image.nodes(), "{name}");
     for (ray, expected) in rays.iter().zip(expected) {

@@ -4,7 +4,7 @@
 //! work than there are words in the image.
 
 use arboleda::{
-    AnyIndex, Counters, Hit, ImageError, IndexKind, Mesh, Options, Ray, RayIndex, Triangle, Vec3,
+    AnyIndex, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray, RayIndex, Triangle, Vec3,
 };
 
 use crate::build::Built;
@@ -57,12 +57,12 @@ pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -
 ///
 /// # Panics
 /// Where they are not.
-pub fn every_truncation_is_refused(image: &Built, read: impl Fn(&[u8]) -> Option<ImageError>) {
+pub fn every_truncation_is_refused(image: &Built, read: impl Fn(&[u8]) -> Option<OpenError>) {
     let bytes = image.bytes();
     for length in 0..bytes.len() {
         let cut = Built::copied(image.kind(), &bytes[..length]);
         let error = read(cut.bytes());
-        assert_eq!(error, Some(ImageError::Truncated), "{length} of {} bytes", bytes.len());
+        assert_eq!(error, Some(OpenError::Truncated), "{length} of {} bytes", bytes.len());
     }
 }
 
@@ -122,7 +122,7 @@ pub fn with_words_beside(valid: &Built, mesh: Mesh<'_>, words: &[u32]) -> Built 
 }
 
 fn forged(valid: &Built, index: &AnyIndex<'_>, words: &[u32]) -> Built {
-    let image = index.image();
+    let image = index.sections();
     assert_eq!(image.cluster_count(), 1, "the forger knows one cluster only");
     let word_count = image.local_words(&image.nodes()[0]).len();
     let words_start = valid.bytes().len() - 4 * word_count;

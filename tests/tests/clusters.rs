@@ -5,8 +5,10 @@
 
 use std::time::{Duration, Instant};
 
-use arboleda::memory::{ClusterNode, NodeId};
-use arboleda::{Aabb, Block, IndexKind, Level, Options, Scene, Triangle, Vec3, cluster};
+use arboleda::clusters::{ClusterNode, NodeId};
+use arboleda::{
+    Aabb, Block, IndexKind, Level, Options, Scene, Triangle, Vec3, clusters as cluster,
+};
 use arboleda_tests::build::Built;
 use arboleda_tests::oracle::cluster_tree::joins;
 use arboleda_tests::oracle::clusters::clusters;
@@ -107,7 +109,7 @@ fn tree(triangles: &[Triangle], options: &Options) -> (Vec<ClusterNode>, usize) 
     let built = Built::new(IndexKind::OctreeHierarchy, &Scene::new(triangles), options);
     let built = built.expect("an ordinary scene");
     let index = built.index();
-    (index.image().nodes().to_vec(), index.image().cluster_count() as usize)
+    (index.sections().nodes().to_vec(), index.sections().cluster_count() as usize)
 }
 
 /// The most joins above a leaf.

@@ -5,9 +5,10 @@
 //! instruction set must reproduce them. Images change when an index's format or its build does; answers
 //! never, and they are the same for every kind.
 
+use arboleda::kinds::{CompactBvh, LeanBvh, Representation, WideBvh};
 use arboleda::{
-    CompactBvh, Counters, Executor, Hit, Index, IndexKind, LeanBvh, Options, Ray, RayIndex,
-    Representation, Scene, Triangle, Vec3, Vectors, WideBvh,
+    Counters, Executor, Hit, Index, IndexKind, Options, Ray, RayIndex, Scene, SimdLevel, Triangle,
+    Vec3,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
@@ -138,9 +139,9 @@ fn same_with_and_without<R: Representation>(kind: IndexKind, triangles: &[Triang
     let built = Built::new(kind, &Scene::new(triangles), &Options::default());
     let built = built.expect("an ordinary scene");
     let with = Index::<R>::from_bytes(built.bytes()).expect("a built index is valid");
-    let without = with.with_vectors(Vectors::COMPILED);
-    for vectors in [Vectors::detect(), Vectors::detect().without_avx512()] {
-        let with = with.with_vectors(vectors);
+    let without = with.with_simd_level(SimdLevel::COMPILED);
+    for vectors in [SimdLevel::detect(), SimdLevel::detect().without_avx512()] {
+        let with = with.with_simd_level(vectors);
         let (mut counted_with, mut counted_without) = (Counters::default(), Counters::default());
         for ray in rays {
             assert_eq!(

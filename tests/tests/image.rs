@@ -3,7 +3,7 @@
 //! `from_bytes` must not panic, and what it accepts must be safe to query. See
 //! `arboleda_tests::hostile` for what "safe" means.
 
-use arboleda::{ImageError, IndexKind, Level, Options, Scene, Vec3};
+use arboleda::{IndexKind, Level, OpenError, Options, Scene, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::hostile::{
     self, is_harmless, offset_in, small_options, some_rays, two_lattices, with_words,
@@ -113,7 +113,7 @@ fn forged_octrees_are_refused() {
                 Built::new(kind, &Scene::new(&triangles), &one_cluster()).expect("one cluster");
             let forged = with_words(&valid, words);
             let error = kind.from_bytes(forged.bytes()).err();
-            assert!(matches!(error, Some(ImageError::Malformed { .. })), "{what}: {error:?}");
+            assert!(matches!(error, Some(OpenError::Malformed { .. })), "{what}: {error:?}");
         }
     };
     refused("nothing", &[]);
@@ -137,7 +137,7 @@ fn forged_upper_nodes_are_refused() {
     let triangles = scenes::soup(2_000, 3);
     let kind = IndexKind::WideBvh;
     let valid = Built::new(kind, &Scene::new(&triangles), &Options::default()).expect("a soup");
-    let words = valid.index().image().words().to_vec();
+    let words = valid.index().sections().words().to_vec();
     let (rows, upper_rows) = (words.len() as u32 / 8, words[UPPER_ROWS]);
     let upper: Vec<u32> = (2..2 + upper_rows).step_by(8).collect();
     assert!(upper.len() > 9, "{} upper nodes", upper.len());
@@ -155,7 +155,7 @@ fn forged_upper_nodes_are_refused() {
     };
     let refused = |what: &str, changes: &[(usize, u32)]| {
         let error = kind.from_bytes(forged(changes).bytes()).err();
-        assert!(matches!(error, Some(ImageError::Malformed { .. })), "{what}: {error:?}");
+        assert!(matches!(error, Some(OpenError::Malformed { .. })), "{what}: {error:?}");
     };
     for wrong in [0, 8, upper_rows - 8, upper_rows + 8, upper_rows + 1, rows - 2, rows, u32::MAX] {
         refused("another number of upper nodes", &[(UPPER_ROWS, wrong)]);
@@ -240,7 +240,7 @@ fn rewired_cluster_trees_are_harmless() {
         let built = Built::new(kind, &Scene::new(&triangles), &Options::default());
         let built = built.expect("an ordinary scene");
         let index = built.index();
-        let nodes = index.image().nodes();
+        let nodes = index.sections().nodes();
         assert_eq!(nodes.len(), 11, "six clusters");
         let start = offset_in(built.bytes(), nodes);
         let rays = some_rays(&triangles);
@@ -278,7 +278,7 @@ fn misaligned_memory_is_an_error() {
         for shift in 1..64 {
             longer.bytes_mut()[shift..shift + length].copy_from_slice(built.bytes());
             let error = kind.from_bytes(&longer.bytes()[shift..]).err();
-            assert_eq!(error, Some(ImageError::Misaligned), "{} at {shift}", kind.name());
+            assert_eq!(error, Some(OpenError::Misaligned), "{} at {shift}", kind.name());
             for (arena_at, scratch_at) in [(shift, 0), (0, shift)] {
                 let arena = &mut longer.bytes_mut()[arena_at..];
                 let scratch = &mut scratch.bytes_mut()[scratch_at..];
@@ -294,21 +294,21 @@ fn an_image_of_another_kind_order_or_version_is_told_apart() {
     for image in images() {
         for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != image.kind()) {
             let error = kind.from_bytes(image.bytes()).err();
-            assert!(matches!(error, Some(ImageError::OtherKind { .. })), "{error:?}");
+            assert!(matches!(error, Some(OpenError::OtherKind { .. })), "{error:?}");
         }
         let damaged = |change: fn(&mut [u8])| {
             let mut copy = Built::copied(image.kind(), image.bytes());
             change(copy.bytes_mut());
             image.kind().from_bytes(copy.bytes()).err()
         };
-        assert_eq!(damaged(|bytes| bytes[0] ^= 1), Some(ImageError::NotAnImage));
+        assert_eq!(damaged(|bytes| bytes[0] ^= 1), Some(OpenError::NotAnIndex));
         let swapped = damaged(|bytes| {
             bytes[..4].reverse();
             bytes[4..8].reverse();
         });
-        assert_eq!(swapped, Some(ImageError::OtherByteOrder));
+        assert_eq!(swapped, Some(OpenError::OtherByteOrder));
         let version = damaged(|bytes| bytes[8..12].copy_from_slice(&77_u32.to_ne_bytes()));
-        assert_eq!(version, Some(ImageError::OtherVersion { found: 77 }));
+        assert_eq!(version, Some(OpenError::OtherVersion { found: 77 }));
         // Counts that would make the sections end beyond any memory.
         for field in 4..7 {
             let mut copy = Built::copied(image.kind(), image.bytes());

@@ -204,8 +204,8 @@ fn grids_go_by_the_rays_given() {
     for ((without, few), with) in without.iter().zip(few).zip(with) {
         let name = with.kind().name();
         assert_eq!(without.bytes(), few.bytes(), "{name}");
-        assert_eq!(without.bytes() != with.bytes(), with.kind().goes_by_rays(), "{name}");
-        assert_eq!(with.kind().goes_by_rays(), name.contains("grid"), "{name}");
+        assert_eq!(without.bytes() != with.bytes(), with.kind().uses_rays(), "{name}");
+        assert_eq!(with.kind().uses_rays(), name.contains("grid"), "{name}");
         let cost = |built: &Built| {
             let mut counters = Counters::default();
             for ray in &some {

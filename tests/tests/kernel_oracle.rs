@@ -4,9 +4,9 @@
 //! `v` must agree. Each family must yield hits and misses enough, so that neither answer can be right by default.
 //! Then a million pairs more of which volumes are exactly 0.
 
-use arboleda::geometry::kernel::Intersection;
+use arboleda::kinds::WideBvh;
 use arboleda::{
-    Block, Index, Options, Ray, RayIndex, Scene, Triangle, Vec3, Vectors, WideBvh, intersect,
+    Block, Index, Intersection, Options, Ray, RayIndex, Scene, SimdLevel, Triangle, Vec3, intersect,
 };
 use arboleda_tests::pairs::{self, Family};
 use arboleda_tests::random::Random;
@@ -44,7 +44,7 @@ impl Lanes {
         let scene = Scene::new(&triangles);
         let index = Index::<WideBvh>::build(&scene, &Options::default(), arena, scratch);
         let index = index.expect("room for one triangle");
-        [index, index.with_vectors(Vectors::COMPILED)].map(|index| {
+        [index, index.with_simd_level(SimdLevel::COMPILED)].map(|index| {
             let hit = index.closest_hit(ray);
             (hit.map(|hit| Intersection { t: hit.t, u: hit.u, v: hit.v }), index.occluded(ray))
         })

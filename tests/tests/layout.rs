@@ -3,8 +3,7 @@
 
 use core::mem::{align_of, offset_of, size_of};
 
-use arboleda::memory::Aligned;
-use arboleda::{Aabb, Block, Counters, Hit, Ray, Triangle, TriangleId, Vec3};
+use arboleda::{Aabb, Aligned, Block, Counters, Hit, Ray, Triangle, TriangleId, Vec3};
 
 #[test]
 fn fields_lie_where_the_documentation_says() {

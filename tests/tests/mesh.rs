@@ -4,9 +4,9 @@
 //! That they give the answers of all others, on all scenes of the other tests, is in
 //! `arboleda_tests::checks`.
 
+use arboleda::kinds::LeanBvh;
 use arboleda::{
-    BuildError, ImageError, Index, IndexKind, LeanBvh, Mesh, MeshError, Options, RayIndex, Scene,
-    Vec3,
+    BuildError, Index, IndexKind, Mesh, MeshError, OpenError, Options, RayIndex, Scene, Vec3,
 };
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::{all_hits, is_the_same};
@@ -88,7 +88,7 @@ fn what_holds_the_triangles_is_not_built_beside_them() {
         // Nor is it read so.
         let own = Built::new(kind, &Scene::new(&triangles), &Options::default()).expect("alone");
         let error = kind.from_bytes_beside(own.bytes(), Mesh::Triangles(&triangles)).err();
-        assert_eq!(error, Some(ImageError::HasTriangles), "{}", kind.name());
+        assert_eq!(error, Some(OpenError::HasTriangles), "{}", kind.name());
         let mut forged = Built::copied(kind, own.bytes());
         // Bit 18 of the fourth word.
         forged.bytes_mut()[12..16]
@@ -96,7 +96,7 @@ fn what_holds_the_triangles_is_not_built_beside_them() {
             .zip((1_u32 << 18).to_ne_bytes())
             .for_each(|(to, bit)| *to |= bit);
         let error = kind.from_bytes_beside(forged.bytes(), Mesh::Triangles(&triangles)).err();
-        assert_eq!(error, Some(ImageError::Malformed { part: "header", at: 0 }));
+        assert_eq!(error, Some(OpenError::Malformed { part: "header", at: 0 }));
     }
 }
 
@@ -112,9 +112,9 @@ fn an_index_takes_no_other_mesh_than_its_own() {
         let beside = beside.expect("the same scene");
 
         // 1. None, or one too many.
-        assert_eq!(kind.from_bytes(beside.bytes()).err(), Some(ImageError::MeshMissing), "{name}");
+        assert_eq!(kind.from_bytes(beside.bytes()).err(), Some(OpenError::MeshMissing), "{name}");
         let error = kind.from_bytes_beside(own.bytes(), mesh).err();
-        assert_eq!(error, Some(ImageError::HasTriangles), "{name}");
+        assert_eq!(error, Some(OpenError::HasTriangles), "{name}");
 
         // 2. Of another length.
         let refused = |vertices: &[Vec3], corners: &[[u32; 3]]| {
@@ -124,7 +124,7 @@ fn an_index_takes_no_other_mesh_than_its_own() {
         let expected = triangles.len() as u32;
         for found in [0, 1, triangles.len() - 1] {
             let error = refused(&vertices, &corners[..found]);
-            assert_eq!(error, Some(ImageError::OtherMeshLength { expected, found }), "{name}");
+            assert_eq!(error, Some(OpenError::OtherMeshLength { expected, found }), "{name}");
         }
 
         // 3. With one bit of a coordinate changed, with a sign, and with two triangles exchanged.
@@ -133,12 +133,12 @@ fn an_index_takes_no_other_mesh_than_its_own() {
                 let mut changed = vertices.clone();
                 let number = &mut changed[vertex].as_mut()[axis];
                 *number = f32::from_bits(number.to_bits() ^ change);
-                assert_eq!(refused(&changed, &corners), Some(ImageError::OtherMesh), "{name}");
+                assert_eq!(refused(&changed, &corners), Some(OpenError::OtherMesh), "{name}");
             }
         }
         let mut exchanged = corners.clone();
         exchanged.swap(3, 17);
-        assert_eq!(refused(&vertices, &exchanged), Some(ImageError::OtherMesh), "{name}");
+        assert_eq!(refused(&vertices, &exchanged), Some(OpenError::OtherMesh), "{name}");
 
         // 4. Which is none.
         let mut wrong = corners.clone();
@@ -148,7 +148,7 @@ fn an_index_takes_no_other_mesh_than_its_own() {
             corner: vertices.len() as u32,
             vertices: vertices.len(),
         };
-        assert_eq!(refused(&vertices, &wrong), Some(ImageError::Mesh(error)), "{name}");
+        assert_eq!(refused(&vertices, &wrong), Some(OpenError::Mesh(error)), "{name}");
         let scene = Scene::of(Mesh::Indexed { vertices: &vertices, corners: &wrong });
         for scene in [scene, scene.beside()] {
             let refusal = Built::new(kind, &scene, &small_options()).err();
@@ -160,7 +160,7 @@ fn an_index_takes_no_other_mesh_than_its_own() {
             corners.iter().any(|&corner| !infinite[corner as usize].is_finite())
         });
         let error = MeshError::NonFiniteVertex { triangle: first.expect("the third") as u32 };
-        assert_eq!(refused(&infinite, &corners), Some(ImageError::Mesh(error)), "{name}");
+        assert_eq!(refused(&infinite, &corners), Some(OpenError::Mesh(error)), "{name}");
     }
 }
 
@@ -177,7 +177,7 @@ fn misaligned_memory_is_an_error_beside_a_mesh() {
         for shift in [1, 4, 32, 63] {
             longer.bytes_mut()[shift..shift + length].copy_from_slice(built.bytes());
             let error = kind.from_bytes_beside(&longer.bytes()[shift..], mesh).err();
-            assert_eq!(error, Some(ImageError::Misaligned), "{} at {shift}", kind.name());
+            assert_eq!(error, Some(OpenError::Misaligned), "{} at {shift}", kind.name());
             let arena = &mut longer.bytes_mut()[shift..];
             let error = kind.build(&scene, &options, arena, scratch.bytes_mut()).err();
             assert_eq!(error, Some(BuildError::Misaligned), "{} at {shift}", kind.name());
@@ -252,7 +252,7 @@ fn forged_lean_bvhs_are_refused() {
     };
     let refused = |what: &str, words: &[u32]| {
         let error = read(words);
-        assert!(matches!(error, Some(ImageError::Malformed { .. })), "{what}: {error:?}");
+        assert!(matches!(error, Some(OpenError::Malformed { .. })), "{what}: {error:?}");
     };
     assert_eq!(read(&[leaf(2, 3), largest, 0, 1, 2]), None);
     refused("nothing", &[]);
@@ -286,5 +286,5 @@ fn a_copied_image_may_be_read_beside_any_form_of_its_mesh() {
     let copy = Built::copied(IndexKind::LeanBvh, built.expect("ordinary").bytes());
     let index = copy.index_beside(Mesh::Triangles(&triangles));
     assert_eq!(index.as_bytes(), copy.bytes());
-    assert_eq!(index.image().triangles().len(), triangles.len());
+    assert_eq!(index.sections().triangles().len(), triangles.len());
 }

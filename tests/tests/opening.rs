@@ -1,8 +1,9 @@
 //! Ways to open an index, and to size its memory, that small devices need.
 
+use arboleda::kinds::{Clustered, Linear, Octree, WideBvh};
 use arboleda::{
-    AnyIndex, Block, BuildError, Clustered, ImageError, Index, IndexKind, Linear, Mesh, Octree,
-    Options, Ray, RayIndex, Scene, Stored, Triangle, Vec3, WideBvh,
+    AnyIndex, Block, BuildError, Index, IndexKind, Mesh, OpenError, Options, Ray, RayIndex, Scene,
+    Stored, Triangle, Vec3,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::scenes;
@@ -23,7 +24,7 @@ fn ray() -> Ray {
 
 #[test]
 fn scratch_is_known_to_the_compiler() {
-    fn of<R: arboleda::Representation>(options: &Options) -> usize {
+    fn of<R: arboleda::kinds::Representation>(options: &Options) -> usize {
         Index::<R>::scratch_capacity(COUNT, options)
     }
     let by_type = [
@@ -50,7 +51,7 @@ fn any_index_opens_every_kind() {
         assert_eq!(index.kind(), kind);
         assert_eq!(index.closest_hit(&ray()), alone.index().closest_hit(&ray()));
         let error = AnyIndex::from_bytes_beside(alone.bytes(), mesh).err();
-        assert_eq!(error, Some(ImageError::HasTriangles), "{}", kind.name());
+        assert_eq!(error, Some(OpenError::HasTriangles), "{}", kind.name());
 
         if !kind.holds_triangles() {
             let scene = Scene::of(mesh).beside();
@@ -58,7 +59,7 @@ fn any_index_opens_every_kind() {
             let index = AnyIndex::from_bytes_beside(beside.bytes(), mesh).expect("it is an image");
             assert_eq!(index.kind(), kind);
             let error = AnyIndex::from_bytes(beside.bytes()).err();
-            assert_eq!(error, Some(ImageError::MeshMissing), "{}", kind.name());
+            assert_eq!(error, Some(OpenError::MeshMissing), "{}", kind.name());
         }
     }
 }
@@ -86,7 +87,7 @@ fn a_stored_index_is_opened_again_and_again() {
         let index = robot.obstacles.index();
         assert_eq!(index.closest_hit(&ray()), expected, "{}", robot.name);
         assert_eq!(index.as_bytes(), built.bytes());
-        assert_eq!(index.cluster_count(), built.index().image().cluster_count());
+        assert_eq!(index.cluster_count(), built.index().sections().cluster_count());
     }
 
     // 2. In blocks that live elsewhere, and opened from there.
@@ -101,9 +102,9 @@ fn a_stored_index_is_opened_again_and_again() {
 
     // 3. What is refused: other kinds, other blocks, an index that needs a mesh.
     let other = Stored::<_, Octree>::open(blocks).err();
-    assert!(matches!(other, Some(ImageError::OtherKind { .. })), "{other:?}");
+    assert!(matches!(other, Some(OpenError::OtherKind { .. })), "{other:?}");
     let nothing = Stored::<_, Octree>::open([Block::ZERO; 2]).err();
-    assert_eq!(nothing, Some(ImageError::NotAnImage));
+    assert_eq!(nothing, Some(OpenError::NotAnIndex));
     let beside = Stored::<_, Octree>::build(&scene.beside(), &options, [Block::ZERO; 4], scratch);
     assert_eq!(beside.err(), Some(BuildError::CannotBeStored));
 }

@@ -1,6 +1,6 @@
 //! The automatic selection of an index: what it chooses, that memory limits it, and that it is the same everywhere.
 
-use arboleda::auto::{Expectation, Selection, select};
+use arboleda::select::{Expectation, Selection, select};
 use arboleda::{
     Block, BuildError, Float64, IndexKind, MeshError, Options, RayIndex, Scene, Triangle, Vec3,
 };
@@ -207,7 +207,7 @@ fn select_for(triangles: &[Triangle], rays: u64) -> Selection {
 fn the_more_rays_the_more_is_tried() {
     let triangles = scenes::icosphere(5);
     let tried = |selection: &Selection| {
-        let fits = |candidate: &&arboleda::auto::Candidate| {
+        let fits = |candidate: &&arboleda::select::Candidate| {
             matches!(candidate.expectation, Expectation::Fits(_))
         };
         selection.candidates().iter().filter(fits).count()

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! primitives --size_class--> at most 4 classes --proximity--> connected components = clusters
-//! clusters ----tree--------> in rounds, the closest two are joined --> one root
+//! clusters ----join--------> in rounds, the closest two are joined --> one root
 //! ```
 //! A primitive is a triangle, or a whole object where the scene names objects. No outcome is an
 //! error: one cluster, one per triangle, or none.
@@ -13,15 +13,18 @@
 //! Mediante Agrupaciones de Objetos*, for the tree.
 
 mod box_tree;
+mod join;
+mod node;
 mod proximity;
 mod size_class;
-mod tree;
 
+use crate::error::BuildError;
 use crate::geometry::{Aabb, Box4};
+use crate::input::{Mesh, Options, Scene};
 use crate::memory::{Arena, size_of_slice};
-use crate::{BuildError, Mesh, Options, Scene};
 
-pub(crate) use tree::{join, join_bytes};
+pub(crate) use join::{join, join_bytes};
+pub use node::{ClusterNode, NodeId};
 
 /// Joining halves the number of nodes in each round, so 2^30 triangles need 30 rounds.
 pub(crate) const MAX_TREE_DEPTH: usize = 30;

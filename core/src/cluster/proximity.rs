@@ -8,9 +8,8 @@
 //! # Source
 //! A. Gray, A. Moore, *N-Body Problems in Statistical Learning*, 2000, for pairs of nodes.
 
-use crate::geometry::Aabb;
-
 use super::box_tree::{BoxTree, NodeRef, Scratch};
+use crate::geometry::Aabb;
 
 /// The representative of an element's component: its lowest member.
 pub(super) fn root(component: &mut [u32], mut element: u32) -> u32 {

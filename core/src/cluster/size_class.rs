@@ -9,8 +9,8 @@
 
 use arrayvec::ArrayVec;
 
-use crate::Options;
 use crate::geometry::Aabb;
+use crate::input::Options;
 use crate::memory::{SortBuffer, sort_by_key};
 
 /// A gap in the sizes narrower than this factor does not divide: triangles of one tessellated

@@ -10,16 +10,11 @@
 
 mod aabb;
 mod box4;
-mod exact;
 pub mod kernel;
-mod lattice;
-mod long_sum;
 mod overlap;
-mod planar;
 mod ray;
 mod span;
 mod triangle;
-mod volumes;
 
 pub use aabb::Aabb;
 pub(crate) use box4::Box4;

@@ -3,15 +3,16 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
-use super::near_first::walk_near_first;
-use super::{Division, Group, Local, LocalIndex, Statistics, Structure};
-use crate::auto::CostModel;
-use crate::cluster::{MAX_TREE_DEPTH, bounds_of};
+use super::ordered_traversal::walk_near_first;
+use crate::cluster::{MAX_TREE_DEPTH, NodeId, bounds_of};
+use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span};
-use crate::index::Representation;
-use crate::memory::{Image, NodeId, Words};
+use crate::input::{Executor, Options, SimdLevel};
+use crate::memory::Words;
 use crate::query::Query;
-use crate::{BuildError, Executor, Options, Vectors};
+use crate::structure::{
+    DividedScene, Group, Local, LocalIndex, Representation, Sections, Statistics, Structure,
+};
 
 /// A structure `S` over the clusters of the scene.
 ///
@@ -26,12 +27,6 @@ impl<S: Structure> Representation for Clustered<S> {
 }
 
 impl<L: LocalIndex> Structure for L {
-    const NAME: &'static str = L::NAME;
-    const HIERARCHY_NAME: &'static str = L::HIERARCHY_NAME;
-    const KIND: u32 = L::KIND;
-    const COST: CostModel = L::COST;
-    const GOES_BY_RAYS: bool = L::GOES_BY_RAYS;
-
     const READS_TREE: bool = false;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
@@ -39,13 +34,13 @@ impl<L: LocalIndex> Structure for L {
     }
 
     fn build(
-        division: Division<'_>,
+        division: DividedScene<'_>,
         options: &Options,
         words: &mut Words<'_>,
         scratch: &mut [u8],
         _: &impl Executor,
     ) -> Result<(), BuildError> {
-        let Division { triangles, rays, clusters, nodes } = division;
+        let DividedScene { triangles, rays, clusters, nodes } = division;
         let mut leaves = nodes.iter_mut();
         for ids in clusters.iter() {
             let first = words.len();
@@ -61,16 +56,16 @@ impl<L: LocalIndex> Structure for L {
     }
 
     #[inline]
-    fn traverse<Q: Query>(image: &Image<'_>, _: Vectors, query: &mut Q) {
+    fn traverse<Q: Query>(sections: &Sections<'_>, _: SimdLevel, query: &mut Q) {
         // Both outcomes end the walk; the query knows the answer.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            walk::<L, Q>(image, &RaySpan::new(query.ray()), query);
+            walk::<L, Q>(sections, &RaySpan::new(query.ray()), query);
     }
 
-    fn check(image: &Image<'_>) -> Result<Statistics, u32> {
+    fn check(sections: &Sections<'_>) -> Result<Statistics, u32> {
         let mut sum = Statistics::default();
-        for (cluster, leaf) in (0..image.cluster_count()).zip(image.nodes()) {
-            sum = sum.joined(L::check(&Local::of(image, leaf)).ok_or(cluster)?);
+        for (cluster, leaf) in (0..sections.cluster_count()).zip(sections.nodes()) {
+            sum = sum.joined(L::check(&Local::of(sections, leaf)).ok_or(cluster)?);
         }
         Ok(sum)
     }
@@ -84,23 +79,23 @@ impl<L: LocalIndex> Structure for L {
 /// # Source
 /// Aguilera et al., algorithms 3 and 4; nearest first is an addition.
 fn walk<L: LocalIndex, Q: Query>(
-    image: &Image<'_>,
+    sections: &Sections<'_>,
     ray: &RaySpan,
     query: &mut Q,
 ) -> ControlFlow<()> {
     const DEPTH: usize = MAX_TREE_DEPTH + 2;
     let clip = |id: u32, span: Span| {
-        let node = image.node(NodeId(id))?;
+        let node = sections.node(NodeId(id))?;
         let span = ray.clip(&node.bounds, span);
-        (!span.is_empty()).then_some(((node, id < image.cluster_count()), span))
+        (!span.is_empty()).then_some(((node, id < sections.cluster_count()), span))
     };
-    let root = (image.nodes().len() as u32).checked_sub(1).and_then(|id| clip(id, ray.whole()));
+    let root = (sections.nodes().len() as u32).checked_sub(1).and_then(|id| clip(id, ray.whole()));
     let Some(root) = root else {
         return ControlFlow::Continue(());
     };
     walk_near_first::<DEPTH, _, _>(root, query, |(node, is_leaf), span, query, waiting| {
         if is_leaf {
-            return L::traverse(&Local::of(image, node), ray, span, query);
+            return L::traverse(&Local::of(sections, node), ray, span, query);
         }
         let [left, right] = node.links.map(|id| clip(id, span));
         waiting.enter_sorted(left, right);

@@ -34,7 +34,7 @@ impl Block {
 }
 
 /// A value that starts at a multiple of [`ALIGNMENT`] bytes, as an image must: see
-/// [`include_image!`](crate::include_image).
+/// [`include_index!`](crate::include_index).
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Aligned<T: ?Sized>(pub T);
@@ -44,19 +44,18 @@ pub struct Aligned<T: ?Sized>(pub T);
 ///
 /// # Examples
 /// ```
-/// use arboleda::{AnyIndex, ImageError, include_image};
+/// use arboleda::{AnyIndex, OpenError, include_index};
 ///
 /// // Written by `as_bytes`; here just any file.
-/// static BYTES: &[u8] = include_image!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/lib.rs"));
-/// assert!(BYTES.as_ptr().addr().is_multiple_of(arboleda::memory::ALIGNMENT));
-/// assert_eq!(AnyIndex::from_bytes(BYTES).err(), Some(ImageError::NotAnImage));
+/// static BYTES: &[u8] = include_index!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/lib.rs"));
+/// assert!(BYTES.as_ptr().addr().is_multiple_of(arboleda::custom::ALIGNMENT));
+/// assert_eq!(AnyIndex::from_bytes(BYTES).err(), Some(OpenError::NotAnIndex));
 /// ```
 #[macro_export]
-macro_rules! include_image {
+macro_rules! include_index {
     ($file:expr $(,)?) => {{
-        static IMAGE: &$crate::memory::Aligned<[u8]> =
-            &$crate::memory::Aligned(*::core::include_bytes!($file));
-        &IMAGE.0
+        static BYTES: &$crate::Aligned<[u8]> = &$crate::Aligned(*::core::include_bytes!($file));
+        &BYTES.0
     }};
 }
 

@@ -1,6 +1,6 @@
 //! The words that a local index writes, and the steps that its build takes.
 
-use crate::BuildError;
+use crate::error::BuildError;
 
 /// A growing run of words that goes on counting where the memory ends.
 ///

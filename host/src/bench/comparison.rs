@@ -1,6 +1,6 @@
 //! Every index on one scene, with the linear scan on a share of the photons.
 
-use arboleda::auto::Selection;
+use arboleda::select::Selection;
 use arboleda::{IndexKind, Options};
 
 use super::plan::{Case, Effort, Share};

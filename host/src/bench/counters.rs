@@ -15,10 +15,9 @@ use super::plan::Case;
 use super::rays::{RaySet, bits};
 use super::run::{build, checked};
 use super::separation::clusters_apart;
-use crate::scene::Model;
 use crate::scene::city::{CityOptions, procedural_city};
 use crate::scene::mixed::{MixedOptions, mixed_sizes};
-use crate::scene::{paper, shapes};
+use crate::scene::{Model, paper, shapes};
 
 /// Photons to a scene.
 const PHOTONS: u64 = 1_000;
@@ -84,7 +83,7 @@ pub fn lines() -> anyhow::Result<String> {
                 "{:<20} {:>8} {:>3} {:>2} {:>5} {:>8} {:>8} {:>8} {:>8}",
                 kind.name(),
                 owned.bytes(),
-                index.image().cluster_count(),
+                index.sections().cluster_count(),
                 index.check()?.deepest_level,
                 photons,
                 closest.nodes_visited,

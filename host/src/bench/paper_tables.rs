@@ -5,8 +5,7 @@
 //! octree with pointers, as usual at the time; see [`pointer_octree_bytes`].
 
 use anyhow::Context;
-use arboleda::IndexKind;
-use arboleda::indices::Statistics;
+use arboleda::{IndexKind, Statistics};
 use rayon::prelude::*;
 
 use super::equal_bytes::grid_of_bytes;
@@ -227,7 +226,7 @@ impl LevelPlan {
         let built = build(model, &octree, &[])?;
         let index = built.index();
         let wanted = built.bytes() - size_of_val(model.triangles.as_slice());
-        let pointer_bytes = pointer_octree_bytes(&index.check()?, index.image().cluster_count());
+        let pointer_bytes = pointer_octree_bytes(&index.check()?, index.sections().cluster_count());
         let (grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, wanted)?;
         let (pointer_grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, pointer_bytes)?;
         Ok(Self { cases: [octree, grid, pointer_grid], pointer_bytes })

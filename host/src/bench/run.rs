@@ -204,7 +204,7 @@ pub fn count(
     photons: u64,
 ) -> anyhow::Result<Measurement> {
     let index = built.index();
-    let image = index.image();
+    let image = index.sections();
     let apart = !case.kind.holds_triangles();
     let triangle_bytes = if apart { size_of_val(&*model.triangles) } else { 0 };
     Ok(Measurement {

@@ -176,10 +176,10 @@ impl IndexChoice {
     }
 
     /// Whether what is chosen or built depends on the rays of the scene.
-    pub fn goes_by_rays(&self) -> bool {
+    pub fn uses_rays(&self) -> bool {
         self.is_all()
             || self.index == "auto"
-            || kind_by_name(&self.index).is_some_and(IndexKind::goes_by_rays)
+            || kind_by_name(&self.index).is_some_and(IndexKind::uses_rays)
     }
 
     /// Whether `all` was asked for.

@@ -1,6 +1,6 @@
 //! The clusters of a model as a picture.
 
-use arboleda::{Block, IndexKind, Options, Scene, Vec3, cluster};
+use arboleda::{Block, IndexKind, Options, Scene, Vec3, clusters as cluster};
 
 use super::arguments::unbuilt;
 use super::output::count;
@@ -49,7 +49,7 @@ pub fn paint_model(
         canvas,
         index.as_ray_index(),
         &model.triangles,
-        index.image(),
+        index.sections(),
         &cluster_of,
         up,
         &title,

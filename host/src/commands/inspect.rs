@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use arboleda::cluster::{self, Clusters};
-use arboleda::memory::Image;
-use arboleda::{Aabb, Block, IndexKind};
+use arboleda::clusters::Clusters;
+use arboleda::custom::Sections;
+use arboleda::{Aabb, Block, IndexKind, clusters as cluster};
 use clap::Args;
 
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
@@ -133,7 +133,7 @@ pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> a
             duration(owned.build_seconds()),
         ]);
         if kind == IndexKind::OctreeHierarchy {
-            let image = index.image();
+            let image = index.sections();
             say!("cluster tree: {} nodes, depth {}", image.nodes().len(), depth(image));
         }
     }
@@ -170,7 +170,7 @@ fn cluster_table(model: &Model, clusters: &Clusters<'_>) -> comfy_table::Table {
 }
 
 /// The length of the longest way from the root to a leaf.
-fn depth(image: &Image<'_>) -> u32 {
+fn depth(image: &Sections<'_>) -> u32 {
     let nodes = image.nodes();
     let mut depths = vec![0_u32; nodes.len()];
     for at in (0..nodes.len().saturating_sub(1)).rev() {

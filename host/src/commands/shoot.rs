@@ -136,7 +136,7 @@ impl Shoot {
             ..ShootOptions::default()
         };
         // Without light there are no rays, and nothing to go by but the scene.
-        let sample = self.index.goes_by_rays().then(|| {
+        let sample = self.index.uses_rays().then(|| {
             let photons = SAMPLE_PHOTONS.min(self.photons);
             during("sampling", || RaySet::shoot(&model, photons, self.seed).ok())
         });
@@ -244,7 +244,7 @@ impl Comparison<'_> {
                 .map_err(|error| unbuilt(&error))
                 .with_context(|| format!("cannot build {}", kind.name()))?;
             let index = owned.index();
-            let clusters = index.image().cluster_count();
+            let clusters = index.sections().cluster_count();
             let index = index.as_ray_index();
             let share = shares.then(|| shoot(self.model, index, &few, &|_| {}).digest);
             let options = if shares && kind == IndexKind::Linear { &few } else { &self.options };

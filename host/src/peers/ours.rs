@@ -1,6 +1,7 @@
 //! The indices of `arboleda`, in the same ring as the others.
 
-use arboleda::{AnyIndex, Hit, Index, IndexKind, Ray, RayIndex, Representation};
+use arboleda::kinds::Representation;
+use arboleda::{AnyIndex, Hit, Index, IndexKind, Ray, RayIndex};
 
 use super::contender::{Batch, Contender};
 

@@ -85,7 +85,8 @@ impl Default for ShootOptions {
 ///
 /// # Examples
 /// ```
-/// use arboleda::{Block, Index, Linear, Options, Triangle, Vec3};
+/// use arboleda::{Block, Index, Options, Triangle, Vec3};
+/// use arboleda::kinds::Linear;
 /// use arboleda_host::photon::{ShootOptions, shoot};
 /// use arboleda_host::scene::{AreaLight, Model};
 ///

@@ -1,6 +1,7 @@
 //! Pictures of scenes: clusters with their boxes and tree, and the light that photons brought.
 
-use arboleda::memory::{ClusterNode, Image, NodeId};
+use arboleda::clusters::{ClusterNode, NodeId};
+use arboleda::custom::Sections;
 use arboleda::{Aabb, RayIndex, Triangle, Vec3};
 use rayon::prelude::*;
 
@@ -101,7 +102,7 @@ pub fn paint_clusters(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
     triangles: &[Triangle],
-    tree: &Image<'_>,
+    tree: &Sections<'_>,
     cluster_of: &[u32],
     up: Vec3,
     title: &str,
@@ -244,7 +245,7 @@ fn outline(
 }
 
 /// Draws the cluster tree below the scene: the root on top, a dot for each cluster.
-fn draw_tree(canvas: &mut Canvas, tree: &Image<'_>, top: u32) {
+fn draw_tree(canvas: &mut Canvas, tree: &Sections<'_>, top: u32) {
     let nodes = tree.nodes();
     let clusters = tree.cluster_count() as usize;
     // Leaves from left to right as the tree has them; inner nodes in the middle above their children.

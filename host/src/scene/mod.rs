@@ -34,7 +34,7 @@ pub use surface::{DEFAULT_REFLECTANCE, Import, NotAnOrigin, Origin, Surface};
 pub(crate) mod test_support {
     //! What tests of scenes ask of the core.
 
-    use arboleda::{Block, Options, Scene, cluster};
+    use arboleda::{Block, Options, Scene, clusters as cluster};
 
     /// The numbers of clusters and of size classes with these options.
     pub(crate) fn cluster_counts(scene: &Scene<'_>, options: &Options) -> (usize, u32) {

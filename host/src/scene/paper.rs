@@ -162,7 +162,8 @@ fn on_floor(name: &str, side: f32, rows: &[Row]) -> Model {
 mod tests {
     use super::*;
     use crate::scene::test_support::cluster_counts;
-    use arboleda::{Block, Clustered, Index, Level, Octree, Options, Representation};
+    use arboleda::kinds::{Clustered, Octree, Representation};
+    use arboleda::{Block, Index, Level, Options};
 
     fn check(model: &Model, triangles: usize, objects: usize, clusters: (usize, u32)) {
         assert_eq!(model.triangles.len(), triangles, "{}", model.name);
@@ -201,11 +202,11 @@ mod tests {
     #[test]
     fn clusters_of_figure_4_are_whole_objects() {
         for model in [fig4a(), fig4b(), fig4c(), fig4d(), fig4e()] {
-            let bytes = arboleda::cluster::scratch_capacity(model.triangles.len());
+            let bytes = arboleda::clusters::scratch_capacity(model.triangles.len());
             let mut scratch = vec![Block::ZERO; Block::count(bytes)];
             let scratch = Block::bytes(&mut scratch);
             let found =
-                arboleda::cluster::find(&model.scene(), &Options::default(), scratch).unwrap();
+                arboleda::clusters::find(&model.scene(), &Options::default(), scratch).unwrap();
             let mut home = vec![None; model.object_names.len()];
             for (number, ids) in found.iter().enumerate() {
                 for &id in ids {

@@ -10,8 +10,7 @@
 //! All coordinates are integers after a common shift; the direction has a shift of its own. `P` is
 //! kept multiplied by `n . d`, so nothing is divided before the end, where each quotient is rounded.
 
-use arboleda::geometry::kernel::Intersection;
-use arboleda::{Ray, Triangle};
+use arboleda::{Intersection, Ray, Triangle};
 use num_bigint::{BigInt, Sign};
 
 use super::rounding::{aligned, nearest_f32};

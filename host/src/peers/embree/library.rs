@@ -4,11 +4,10 @@
 //! Invariants of a [`Scene`]: it is committed and never changed again; scene and device are released
 //! once, in this order, and the counter of bytes lives longer than both.
 
-use std::env;
 use std::ffi::{CStr, c_char, c_void};
-use std::ptr;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicIsize, Ordering};
+use std::{env, ptr};
 
 use libloading::Library;
 

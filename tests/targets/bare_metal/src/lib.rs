@@ -13,9 +13,7 @@ use core::fmt::{self, Write};
 use core::ptr::addr_of_mut;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use arboleda::{
-    AnyIndex, Block, Counters, Hit, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3,
-};
+use arboleda::{AnyIndex, Block, Counters, Hit, IndexKind, Options, Ray, Scene, Triangle, Vec3};
 
 /// The floor is `FLOOR x FLOOR` squares; each group is `CUBES` cubes an axis.
 const FLOOR: usize = 6;

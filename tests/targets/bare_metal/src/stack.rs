@@ -8,7 +8,7 @@
 use core::arch::asm;
 use core::fmt::{self, Write};
 
-use arboleda::{AnyIndex, Block, Hit, IndexKind, Options, Ray, RayError, RayIndex, Scene, Vec3};
+use arboleda::{AnyIndex, Block, Hit, IndexKind, Options, Ray, RayError, Scene, Vec3};
 
 use crate::{GROUPS, IN_A_BATCH, MOST_HITS, Numbers, TRIANGLES, memory, ray, write_scene};
 

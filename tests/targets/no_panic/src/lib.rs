@@ -17,10 +17,11 @@ use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 use core::slice;
 
-use arboleda::geometry::{RaySpan, kernel, may_overlap};
+use arboleda::custom::{RaySpan, kernel, may_overlap};
+use arboleda::kinds::{Clustered, Octree};
 use arboleda::{
-    Aabb, AllHits, AnyIndex, Block, Clustered, Counters, Hit, ImageError, IndexKind, Mesh, Octree,
-    Options, Ray, RayError, RayIndex, Scene, Stored, Triangle, Vec3, auto, cluster, intersect,
+    Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray,
+    RayError, Scene, Stored, Triangle, Vec3, clusters as cluster, intersect, select,
 };
 
 unsafe extern "C" {
@@ -132,7 +133,7 @@ fn read<'a>(
     number: usize,
     image: &'a [u8],
     mesh: Option<Mesh<'a>>,
-) -> Option<Result<AnyIndex<'a>, ImageError>> {
+) -> Option<Result<AnyIndex<'a>, OpenError>> {
     let kind = kind(number)?;
     Some(match mesh {
         Some(mesh) => kind.from_bytes_beside(image, mesh),
@@ -188,7 +189,7 @@ pub unsafe extern "C" fn prove_select(input: Build, kinds: Slice<IndexKind>) -> 
         let scene = scene(&input);
         (scene, input.arena.get(), input.scratch.get(), kinds.get())
     };
-    match auto::select(&scene, &options, kinds, arena, scratch) {
+    match select::select(&scene, &options, kinds, arena, scratch) {
         Ok(selection) => message(&selection) + selection.candidates().len(),
         Err(error) => message(error),
     }
@@ -229,7 +230,7 @@ pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>, mesh: Mesh
         Some(Err(error)) => return message(error) as u64,
         None => return 0,
     };
-    let image = index.image();
+    let image = index.sections();
     let nodes = image.nodes().iter().map(|leaf| image.local_words(leaf).len() as u64);
     let statistics = index.check().unwrap_or_default();
     nodes.sum::<u64>()

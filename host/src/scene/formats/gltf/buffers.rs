@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use base64::Engine;
-use base64::alphabet;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use base64::{Engine, alphabet};
 use gltf::Document;
 use gltf::buffer::{Buffer, Source};
 use percent_encoding::percent_decode_str;

@@ -7,7 +7,7 @@ use core::arch::{asm, global_asm};
 use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 
-use arboleda::{IndexKind, Vectors};
+use arboleda::{IndexKind, SimdLevel};
 
 // From 16 to 64 bits, with all vector registers (*Intel 64 and IA-32 Architectures Software Developer's Manual*,
 // volume 3, "Initializing IA-32e Mode"). On the way, the program goes from the ROM to where it was linked. The
@@ -124,7 +124,7 @@ extern "C" fn rust_main() -> ! {
     for (register, byte) in SETTINGS {
         write(DATA + register, byte);
     }
-    let outcome = if Vectors::detect().has_avx512() {
+    let outcome = if SimdLevel::detect().has_avx512() {
         arboleda_bare_metal::run_each(&KINDS, &mut Console)
     } else {
         writeln!(Console, "AVX-512 was not found").and(Err(fmt::Error))

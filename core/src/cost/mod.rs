@@ -1,0 +1,51 @@
+//! Deciding by estimated cost: how deep, and which index.
+//!
+//! # Source
+//! J. D. MacDonald, K. S. Booth 1990: the chance that a ray through a cell enters a part of it is the
+//! ratio of their surfaces. K. R. Subramanian, D. S. Fussell, *Automatic Termination Criteria for Ray
+//! Tracing Hierarchies*, 1991: go on dividing as long as the estimated cost of the whole hierarchy
+//! falls.
+
+mod best_level;
+mod probe;
+mod sample;
+mod weights;
+
+pub(crate) use best_level::{best_level, search_steps};
+pub(crate) use probe::{Trial, Tried, ray_count};
+pub(crate) use sample::for_each_ray;
+pub use weights::Weights;
+
+use crate::input::CostModel;
+
+/// The expected cost of a ray that meets the root.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Estimate {
+    model: CostModel,
+    total: f64,
+}
+
+impl Estimate {
+    pub fn new(model: &CostModel) -> Self {
+        Self { model: *model, total: 0.0 }
+    }
+
+    /// A node that is entered with this probability.
+    pub fn add_node(&mut self, probability: f64) {
+        self.total += self.model.traversal * probability;
+    }
+
+    /// Tests of so many triangles with this probability.
+    pub fn add_tests(&mut self, probability: f64, count: usize) {
+        self.total += self.model.intersection * probability * count as f64;
+    }
+
+    pub fn total(&self) -> f64 {
+        self.total
+    }
+}
+
+/// Half the surface of a box with these sides.
+pub(crate) fn surface([x, y, z]: [f64; 3]) -> f64 {
+    x * y + y * z + z * x
+}

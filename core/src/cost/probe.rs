@@ -1,0 +1,161 @@
+//! Trying a division on rays whose end is known, before any of it is written.
+//!
+//! ```text
+//! once:               ray -> closest triangle of the group -> where the ray ends
+//! for each division:  ray -> the nodes it enters up to that end, and how many triangles are in each
+//! ```
+//! What a query takes depends on where its ray ends, and that does not depend on the division. So the number of
+//! triangles in each cell is enough to tell exactly what these rays would take.
+
+use core::ops::ControlFlow;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::sample;
+use crate::Vec3;
+use crate::geometry::kernel::Verdict;
+use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
+use crate::input::CostModel;
+use crate::query::{Closest, Counters, Query, TriangleId};
+
+/// A ray of a trial, as far as the closest triangle.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Tried {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    t_min: f32,
+    end: f32,
+}
+
+/// The fewest rays to judge by. A group that fewer of the caller's rays pass is tried on rays of its own.
+const FEWEST: usize = 32;
+/// The most rays to judge by.
+const MOST: usize = 384;
+/// The most of the caller's rays that are looked at for one group: ten times what it is tried on.
+const LOOKED_AT: usize = 4096;
+
+/// How many rays a group of so many triangles is tried on: enough that another choice of them changes little,
+/// and few beside the triangles that are filed for each trial.
+pub(crate) const fn ray_count(triangle_count: usize) -> usize {
+    match triangle_count {
+        0..FEWEST => FEWEST,
+        FEWEST..MOST => triangle_count,
+        _ => MOST,
+    }
+}
+
+/// Rays through a group.
+pub(crate) struct Trial<'s> {
+    bounds: Aabb,
+    rays: &'s [Tried],
+    steps: u64,
+}
+
+impl<'s> Trial<'s> {
+    /// Fills `room` with rays for some triangles: those of the rays `given` that meet their box, evenly, or where
+    /// there are too few of them a sample; `find` finds the closest hit of each. After `most_tests` triangle tests no
+    /// more rays are taken.
+    pub fn new(
+        triangles: impl Iterator<Item = Triangle> + Clone,
+        bounds: &Aabb,
+        given: &[Ray],
+        room: &'s mut [Tried],
+        most_tests: u64,
+        mut find: impl FnMut(&RaySpan, Span, &mut Closest<'_, &mut Counters>),
+    ) -> Self {
+        let mut slots = room.iter_mut();
+        let wanted = slots.len();
+        let mut count = 0;
+        let mut counters = Counters::default();
+        let add = |ray: &Ray| {
+            if counters.triangle_tests > most_tests {
+                return;
+            }
+            let Some(slot) = slots.next() else { return };
+            let mut query = Closest::new(ray, &mut counters);
+            clipped(ray, bounds, |ray, span| find(ray, span, &mut query));
+            let (origin, direction) = (ray.origin().to_array(), ray.direction().to_array());
+            *slot = Tried { origin, direction, t_min: ray.t_min(), end: query.last_t() };
+            count += 1;
+        };
+        let meets = |ray: &&Ray| {
+            let ray = RaySpan::new(ray);
+            !ray.clip(bounds, ray.whole()).is_empty()
+        };
+        let given = given.iter().step_by(given.len().div_ceil(LOOKED_AT).max(1)).filter(meets);
+        let met = given.clone().count();
+        if met < FEWEST {
+            sample::for_each_ray(triangles, wanted as u32, add);
+        } else {
+            given.step_by(met.div_ceil(wanted.max(1)).max(1)).for_each(add);
+        }
+        let steps = counters.triangle_tests.saturating_add(counters.nodes_visited);
+        Self { bounds: *bounds, rays: room.get(..count).unwrap_or(&[]), steps }
+    }
+
+    /// The cells entered and triangles tested to find out where the rays end.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// What the rays take together, where `walk` shows a query the part of a ray that lies in the box.
+    pub fn cost(
+        &self,
+        model: &CostModel,
+        mut walk: impl FnMut(&RaySpan, Span, &mut Ended<'_>),
+    ) -> f64 {
+        let (mut nodes, mut tests) = (0_u64, 0_u64);
+        for tried in self.rays {
+            let [origin, direction] = [tried.origin, tried.direction].map(Vec3::from_array);
+            let ray = Ray::with_interval(origin, direction, tried.t_min, f32::INFINITY);
+            let Ok(ray) = ray else { continue };
+            let mut query = Ended { ray: &ray, end: tried.end, nodes: 0, tests: 0 };
+            clipped(&ray, &self.bounds, |ray, span| walk(ray, span, &mut query));
+            nodes += query.nodes;
+            tests += query.tests;
+        }
+        model.traversal * nodes as f64 + model.intersection * tests as f64
+    }
+}
+
+/// Shows the part of a ray that may lie in a box, if any does.
+fn clipped(ray: &Ray, bounds: &Aabb, show: impl FnOnce(&RaySpan, Span)) {
+    let ray = RaySpan::new(ray);
+    let span = ray.clip(bounds, ray.whole());
+    if !span.is_empty() {
+        show(&ray, span);
+    }
+}
+
+/// A query whose answer is known: it only counts.
+pub(crate) struct Ended<'r> {
+    ray: &'r Ray,
+    end: f32,
+    nodes: u64,
+    tests: u64,
+}
+
+impl crate::query::sealed::Sealed for Ended<'_> {}
+
+impl Query for Ended<'_> {
+    fn enter(&mut self) {
+        self.nodes += 1;
+    }
+
+    fn ray(&self) -> &Ray {
+        self.ray
+    }
+
+    fn last_t(&self) -> f32 {
+        self.end
+    }
+
+    fn count_tests(&mut self, count: u32) {
+        self.tests += u64::from(count);
+    }
+
+    fn judge(&mut self, _: TriangleId, _: &Triangle, _: Verdict) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}

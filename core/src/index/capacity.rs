@@ -1,0 +1,41 @@
+//! Memory and work of a build, known before it: what is needed at most, and what a dry run counts.
+
+use crate::cluster;
+use crate::cluster::ClusterNode;
+use crate::memory::{padded, size_of_slice};
+use crate::structure::{Representation, Structure};
+
+/// Memory and work that a build needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capacity {
+    /// For the index: exactly what it will use.
+    pub index: usize,
+    /// For the build; free again afterwards.
+    pub scratch: usize,
+    /// The work of the build, in looks at a triangle: at most a multiple of `n log n`, wherever the `n` triangles
+    /// lie.
+    pub steps: u64,
+}
+
+/// Bounds the scratch bytes of a build whose structure needs `structure` bytes of them.
+pub(crate) const fn scratch_with<R: Representation>(
+    triangle_count: usize,
+    structure: usize,
+) -> usize {
+    let build = padded(structure);
+    let nodes = match (R::Structure::READS_TREE, R::CLUSTERED) {
+        (false, _) => 0,
+        (true, true) => triangle_count.saturating_mul(2).saturating_sub(1),
+        (true, false) => 1,
+    };
+    let nodes = size_of_slice::<ClusterNode>(nodes);
+    if !R::CLUSTERED {
+        return cluster::whole_bytes(triangle_count).saturating_add(nodes.saturating_add(build));
+    }
+    // Finding clusters comes first; joining and then building use the same memory again.
+    let (detect, join) =
+        (cluster::detect_bytes(triangle_count), cluster::join_bytes(triangle_count));
+    let later = nodes.saturating_add(if join > build { join } else { build });
+    let steps = if detect > later { detect } else { later };
+    cluster::division_bytes(triangle_count).saturating_add(steps)
+}

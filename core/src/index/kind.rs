@@ -1,0 +1,314 @@
+//! What is known of a kind of index, and an index of any kind.
+
+use super::description::FAMILY;
+use super::registry::FAMILIES;
+use super::{AnyIndex, Capacity, IndexKind};
+use crate::cost::Weights;
+use crate::error::{BuildError, OpenError};
+use crate::geometry::Ray;
+use crate::input::{CostModel, Executor, Float64, Mesh, Options, Scene, Sequential};
+use crate::query::{AllHits, Counters, Hit};
+use crate::structure::sections::{MESH_BESIDE, format_of};
+
+impl IndexKind {
+    /// The name on command lines and in tables.
+    pub const fn name(self) -> &'static str {
+        self.description().name
+    }
+
+    /// The name of the simple index, which is the feature that compiles the kind in.
+    pub const fn family(self) -> &'static str {
+        self.description().family
+    }
+
+    /// The number of its format; see [`Representation::FORMAT`].
+    pub const fn format(self) -> u32 {
+        self.description().format
+    }
+
+    /// Whether it holds the triangles in a form of its own, and cannot lie [beside](Scene::beside) them.
+    pub const fn holds_triangles(self) -> bool {
+        self.description().holds_triangles
+    }
+
+    /// True if [`Scene::rays`] decide what is built. Query results never depend on them.
+    pub const fn uses_rays(self) -> bool {
+        self.description().uses_rays
+    }
+
+    /// Whether it works on clusters.
+    pub const fn is_clustered(self) -> bool {
+        self.description().is_clustered
+    }
+
+    /// What a node costs in triangle tests, for deciding how far to divide.
+    pub const fn cost_model(self) -> CostModel {
+        self.description().cost
+    }
+
+    /// What a query takes, on processors with `f64` in hardware or in software.
+    pub const fn weights(self, float64: Float64) -> Weights {
+        match float64 {
+            Float64::Hardware => self.description().weights,
+            Float64::Software => self.description().software_weights,
+        }
+    }
+
+    /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound, as
+    /// [`Index::scratch_capacity`], and a constant where it has to be one.
+    ///
+    /// # Examples
+    /// ```
+    /// use arboleda::{Block, IndexKind, Options};
+    ///
+    /// const SCRATCH: usize = IndexKind::Linear.scratch_capacity(200, &Options::DEFAULT);
+    /// static mut ROOM: [Block; Block::count(SCRATCH)] = [Block::ZERO; Block::count(SCRATCH)];
+    /// ```
+    pub const fn scratch_capacity(self, triangle_count: usize, options: &Options) -> usize {
+        self.scratch_bytes(triangle_count, options)
+    }
+
+    /// See [`Index::capacity`](crate::Index::capacity).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn capacity(
+        self,
+        scene: &Scene<'_>,
+        options: &Options,
+        scratch: &mut [u8],
+    ) -> Result<Capacity, BuildError> {
+        self.measure(scene, options, scratch, &Sequential)
+    }
+
+    /// See [`Index::capacity_with`](crate::Index::capacity_with).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn capacity_with(
+        self,
+        scene: &Scene<'_>,
+        options: &Options,
+        scratch: &mut [u8],
+        executor: &impl Executor,
+    ) -> Result<Capacity, BuildError> {
+        self.measure(scene, options, scratch, executor)
+    }
+
+    /// See [`Index::build`](crate::Index::build).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn build<'a>(
+        self,
+        scene: &Scene<'a>,
+        options: &Options,
+        arena: &'a mut [u8],
+        scratch: &mut [u8],
+    ) -> Result<AnyIndex<'a>, BuildError> {
+        self.build_with(scene, options, arena, scratch, &Sequential)
+    }
+
+    /// See [`Index::build_with`](crate::Index::build_with).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn build_with<'a>(
+        self,
+        scene: &Scene<'a>,
+        options: &Options,
+        arena: &'a mut [u8],
+        scratch: &mut [u8],
+        executor: &impl Executor,
+    ) -> Result<AnyIndex<'a>, BuildError> {
+        self.build_counted(scene, options, arena, scratch, executor, &mut 0)
+    }
+
+    /// See [`Index::from_bytes`](crate::Index::from_bytes).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn from_bytes(self, bytes: &[u8]) -> Result<AnyIndex<'_>, OpenError> {
+        self.read(bytes, None)
+    }
+
+    /// See [`Index::from_bytes_beside`](crate::Index::from_bytes_beside).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn from_bytes_beside<'a>(
+        self,
+        bytes: &'a [u8],
+        mesh: Mesh<'a>,
+    ) -> Result<AnyIndex<'a>, OpenError> {
+        self.read(bytes, Some(mesh))
+    }
+}
+
+impl IndexKind {
+    /// Reads the kind of an image from its header; the rest of the image is not looked at.
+    ///
+    /// # Errors
+    /// [`OpenError::KindLeftOut`] for a kind that was left out of the build, [`OpenError::UnknownKind`], and the
+    /// errors of a header: `Misaligned`, `Truncated`, `NotAnIndex`, `OtherByteOrder`, `OtherVersion`.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, OpenError> {
+        let found = format_of(bytes)? & !MESH_BESIDE;
+        if let Some(&kind) = Self::ALL.iter().find(|kind| kind.format() == found) {
+            return Ok(kind);
+        }
+        match FAMILIES.iter().find(|(family, _)| *family == found & FAMILY) {
+            Some((_, feature)) => Err(OpenError::KindLeftOut { feature }),
+            None => Err(OpenError::UnknownKind { found }),
+        }
+    }
+}
+
+impl<'a> AnyIndex<'a> {
+    /// Takes over bytes that [`RayIndex::as_bytes`](crate::Index::as_bytes) gave, of any kind that is compiled in;
+    /// see [`Index::from_bytes`](crate::Index::from_bytes).
+    ///
+    /// # Errors
+    /// Any of [`OpenError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use arboleda::{AnyIndex, Block, Index, IndexKind, Options, RayIndex, Scene, Triangle, Vec3};
+    /// use arboleda::kinds::Linear;
+    ///
+    /// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    /// let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
+    /// let built = Index::<Linear>::build(
+    ///     &Scene::new(&triangles), &Options::default(), Block::bytes(&mut arena), Block::bytes(&mut scratch))?;
+    ///
+    /// let read = AnyIndex::from_bytes(built.as_bytes())?;
+    /// assert_eq!(read.kind(), IndexKind::Linear);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, OpenError> {
+        IndexKind::of_bytes(bytes)?.from_bytes(bytes)
+    }
+
+    /// Takes over bytes of an index of any kind that lies [beside](crate::Scene::beside) a mesh; see
+    /// [`Index::from_bytes_beside`](crate::Index::from_bytes_beside).
+    ///
+    /// # Errors
+    /// Any of [`OpenError`].
+    pub fn from_bytes_beside(bytes: &'a [u8], mesh: Mesh<'a>) -> Result<Self, OpenError> {
+        IndexKind::of_bytes(bytes)?.from_bytes_beside(bytes, mesh)
+    }
+}
+
+/// Queries.
+impl<'a> AnyIndex<'a> {
+    /// See [`Index::as_bytes`](crate::Index::as_bytes).
+    pub fn as_bytes(&self) -> &'a [u8] {
+        self.sections().bytes()
+    }
+
+    /// See [`Index::closest_hit`](crate::Index::closest_hit).
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.as_ray_index().closest_hit(ray)
+    }
+
+    /// See [`Index::occluded`](crate::Index::occluded).
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.as_ray_index().occluded(ray)
+    }
+
+    /// See [`Index::closest_hits`](crate::Index::closest_hits).
+    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.as_ray_index().closest_hits(rays, hits);
+    }
+
+    /// See [`Index::occluded_each`](crate::Index::occluded_each).
+    pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.as_ray_index().occluded_each(rays, occluded);
+    }
+
+    /// See [`Index::all_hits`](crate::Index::all_hits).
+    pub fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
+        self.as_ray_index().all_hits(ray, buffer)
+    }
+
+    /// See [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
+    pub fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
+        self.as_ray_index().closest_hit_counted(ray, counters)
+    }
+
+    /// See [`Index::occluded_counted`](crate::Index::occluded_counted).
+    pub fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
+        self.as_ray_index().occluded_counted(ray, counters)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vec3;
+    use crate::geometry::Triangle;
+    use crate::input::{Options, Scene};
+    use crate::memory::Block;
+
+    /// Writes an image of a triangle, with another kind in its header.
+    fn image_of_kind(kind: u32) -> [Block; 8] {
+        let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+        let (scene, options) = (Scene::new(&triangles), Options::DEFAULT);
+        let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
+        let (bytes, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+        assert!(IndexKind::Linear.build(&scene, &options, bytes, scratch).is_ok());
+        Block::bytes(&mut arena)[12..16].copy_from_slice(&kind.to_ne_bytes());
+        arena
+    }
+
+    #[test]
+    fn kinds_that_are_not_here_are_refused_by_name() {
+        for &(number, feature) in FAMILIES {
+            for kind in [number, number | 1 << 16] {
+                let mut arena = image_of_kind(kind);
+                let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
+                let is_here = IndexKind::ALL.iter().any(|kind| kind.family() == feature);
+                let left_out = Some(OpenError::KindLeftOut { feature });
+                assert!(is_here || error == left_out, "{feature}: {error:?}");
+            }
+        }
+        let mut arena = image_of_kind(99);
+        let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
+        assert_eq!(error, Some(OpenError::UnknownKind { found: 99 }));
+    }
+
+    #[test]
+    fn numbers_do_not_depend_on_what_is_compiled_in() {
+        let numbers = [
+            ("linear", 0),
+            ("octree", 1),
+            ("octree-hierarchy", 2),
+            ("octree-r", 3),
+            ("octree-r-hierarchy", 4),
+            ("uniform-grid", 5),
+            ("grid-hierarchy", 6),
+            ("kd-tree", 7),
+            ("kd-tree-hierarchy", 8),
+            ("bsp-tree", 9),
+            ("bsp-tree-hierarchy", 10),
+            ("bvh", 11),
+            ("bvh-hierarchy", 12),
+            ("wide-bvh", 13),
+            ("wide-bvh-hierarchy", 14),
+            ("compact-bvh", 15),
+            ("compact-bvh-hierarchy", 16),
+            ("lean-bvh", 17),
+            ("lean-bvh-hierarchy", 18),
+        ];
+        for kind in IndexKind::ALL {
+            assert!(numbers.contains(&(kind.name(), *kind as u32)), "{}", kind.name());
+        }
+    }
+
+    #[test]
+    fn families_are_named_by_their_number() {
+        for kind in IndexKind::ALL {
+            let number = kind.format() & FAMILY;
+            assert!(FAMILIES.contains(&(number, kind.family())), "{}", kind.name());
+        }
+    }
+}

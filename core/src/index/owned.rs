@@ -1,0 +1,89 @@
+//! An index with its arena on the heap, sized by a dry run.
+
+use alloc::vec::Vec;
+
+use super::{AnyIndex, IndexKind};
+use crate::error::BuildError;
+use crate::input::{Executor, Mesh, Options, Scene, Sequential};
+use crate::memory::Block;
+
+/// An index of any kind that owns its memory: the short way for those who have a heap.
+///
+/// # Examples
+/// ```
+/// use arboleda::{IndexKind, Options, OwnedIndex, Ray, Scene, Triangle, Vec3};
+///
+/// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+/// let owned = OwnedIndex::build(IndexKind::Bvh, &Scene::new(&triangles), &Options::DEFAULT)?;
+/// let hit = owned.index().closest_hit(&Ray::new(Vec3::new(0.25, 0.25, -1.0), Vec3::Z)?);
+/// assert_eq!(hit.map(|hit| hit.t), Some(1.0));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+pub struct OwnedIndex {
+    kind: IndexKind,
+    blocks: Vec<Block>,
+    bytes: usize,
+}
+
+impl OwnedIndex {
+    /// Finds out how much memory is needed, allocates that much, and builds.
+    ///
+    /// Cost: twice that of [`Index::build`](crate::Index::build), because the first build only counts.
+    ///
+    /// # Errors
+    /// As `Index::build`, without those about space.
+    pub fn build(
+        kind: IndexKind,
+        scene: &Scene<'_>,
+        options: &Options,
+    ) -> Result<Self, BuildError> {
+        Self::build_with(kind, scene, options, &Sequential)
+    }
+
+    /// As [`OwnedIndex::build`], with the help of an executor; the same bytes.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn build_with(
+        kind: IndexKind,
+        scene: &Scene<'_>,
+        options: &Options,
+        executor: &impl Executor,
+    ) -> Result<Self, BuildError> {
+        let scratch_bytes = kind.scratch_capacity(scene.triangles().len(), options);
+        let mut scratch = bytemuck::zeroed_vec(Block::count(scratch_bytes));
+        let scratch = Block::bytes(&mut scratch);
+        let bytes = kind.capacity_with(scene, options, scratch, executor)?.index;
+        let mut blocks = bytemuck::zeroed_vec(Block::count(bytes));
+        kind.build_with(scene, options, Block::bytes(&mut blocks), scratch, executor)?;
+        Ok(Self { kind, blocks, bytes })
+    }
+
+    /// The index, read from its bytes as it would be from a file. Cost: linear, for the validation; keep the index
+    /// for all queries.
+    ///
+    /// # Panics
+    /// If it was built [beside](Scene::beside) a mesh.
+    pub fn index(&self) -> AnyIndex<'_> {
+        self.kind.from_bytes(self.as_bytes()).expect("built without a mesh beside it")
+    }
+
+    /// As [`OwnedIndex::index`], of one that was built beside a mesh.
+    ///
+    /// # Panics
+    /// If it was built beside another mesh, or has its triangles itself.
+    pub fn index_beside<'a>(&'a self, mesh: Mesh<'a>) -> AnyIndex<'a> {
+        let index = self.kind.from_bytes_beside(self.as_bytes(), mesh);
+        index.expect("built beside this mesh")
+    }
+
+    /// The bytes: what to write to a file.
+    pub fn as_bytes(&self) -> &[u8] {
+        bytemuck::must_cast_slice(&self.blocks).get(..self.bytes).unwrap_or_default()
+    }
+
+    /// The kind of the index.
+    pub fn kind(&self) -> IndexKind {
+        self.kind
+    }
+}

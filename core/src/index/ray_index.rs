@@ -1,0 +1,81 @@
+//! Queries for code that is generic over indices, or has them behind `dyn`.
+
+use super::{AnyIndex, Index};
+use crate::geometry::Ray;
+use crate::query::{AllHits, Counters, Hit};
+use crate::structure::Representation;
+
+/// The queries of [`Index`] and [`AnyIndex`], for generic and `dyn` use. Every index over the same triangles gives the
+/// same bits.
+pub trait RayIndex: sealed::Sealed {
+    /// See [`Index::as_bytes`](crate::Index::as_bytes).
+    fn as_bytes(&self) -> &[u8];
+
+    /// See [`Index::closest_hit`](crate::Index::closest_hit).
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
+
+    /// See [`Index::occluded`](crate::Index::occluded).
+    fn occluded(&self, ray: &Ray) -> bool;
+
+    /// See [`Index::closest_hits`](crate::Index::closest_hits).
+    fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
+
+    /// See [`Index::occluded_each`](crate::Index::occluded_each).
+    fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);
+
+    /// See [`Index::all_hits`](crate::Index::all_hits).
+    fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h>;
+
+    /// See [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
+    fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit>;
+
+    /// See [`Index::occluded_counted`](crate::Index::occluded_counted).
+    fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool;
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl<R: super::Representation> Sealed for super::Index<'_, R> {}
+    impl Sealed for super::AnyIndex<'_> {}
+}
+
+/// By the methods of the same names.
+macro_rules! forward {
+    ([$($generics:tt)*] $index:ty) => {
+        impl<$($generics)*> RayIndex for $index {
+            fn as_bytes(&self) -> &[u8] {
+                <$index>::as_bytes(self)
+            }
+
+            fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+                <$index>::closest_hit(self, ray)
+            }
+
+            fn occluded(&self, ray: &Ray) -> bool {
+                <$index>::occluded(self, ray)
+            }
+
+            fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+                <$index>::closest_hits(self, rays, hits);
+            }
+
+            fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
+                <$index>::occluded_each(self, rays, occluded);
+            }
+
+            fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
+                <$index>::all_hits(self, ray, buffer)
+            }
+
+            fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
+                <$index>::closest_hit_counted(self, ray, counters)
+            }
+
+            fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
+                <$index>::occluded_counted(self, ray, counters)
+            }
+        }
+    };
+}
+forward!(['a, R: Representation] Index<'a, R>);
+forward!(['a] AnyIndex<'a>);

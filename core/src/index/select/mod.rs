@@ -1,0 +1,379 @@
+//! Which index for this scene: each candidate is built, tried on some rays, and weighed.
+//!
+//! ```text
+//! candidate -> build in the arena -> too large, or too much work: left out
+//!                                -> rays, counted -> ray + nodes * node + tests * test -> the least wins
+//! ```
+//! The level and the resolution are found by the candidates themselves, unless the options give them. The
+//! counters are the same everywhere, so is the choice.
+
+mod budget;
+
+use core::fmt;
+
+use arrayvec::ArrayVec;
+
+use super::IndexKind;
+use crate::cost::for_each_ray;
+use crate::error::BuildError;
+use crate::geometry::{Ray, RaySpan};
+use crate::input::{Options, Scene, Sequential};
+use crate::query::Counters;
+use budget::{Budget, BuildCost};
+
+/// How many kinds there are to choose from.
+const KINDS: usize = IndexKind::ALL.len();
+
+/// Candidates worth building: on every built-in scene, one of them was the fastest of all, and no other was within a
+/// factor of 1.5 of it. The octree hierarchy is here for its size. The compact BVH, which is smaller still, is
+/// not: it is a sixth slower than the wide one, which is less than weights tell apart on some scenes.
+pub const USUAL: &[IndexKind] = &[
+    IndexKind::Linear,
+    #[cfg(feature = "octree")]
+    IndexKind::OctreeHierarchy,
+    #[cfg(feature = "uniform-grid")]
+    IndexKind::GridHierarchy,
+    #[cfg(feature = "kd-tree")]
+    IndexKind::KdTree,
+    #[cfg(feature = "bvh")]
+    IndexKind::Bvh,
+    #[cfg(feature = "bvh")]
+    IndexKind::BvhHierarchy,
+    #[cfg(feature = "wide-bvh")]
+    IndexKind::WideBvh,
+    #[cfg(feature = "wide-bvh")]
+    IndexKind::WideBvhHierarchy,
+];
+
+/// What costs at most so many times the least is as good: the weights are no more exact.
+const AS_GOOD: f64 = 1.03;
+
+/// Rays of a sample: a few milliseconds, little beside the builds.
+const RAYS: u32 = 1024;
+
+/// What is expected of one candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expectation {
+    /// It fits, and so much a ray.
+    Fits(Cost),
+    /// The candidate was left out: it cannot be built in the memory given or at all, or trying it would have taken
+    /// more than it may save.
+    LeftOut(BuildError),
+}
+
+/// The cost of a ray, on the average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// As [`Weights`] weigh the counters.
+    pub nanoseconds: f64,
+    /// The estimated cost of building the index once, in the same unit.
+    pub build_nanoseconds: f64,
+    /// Nodes visited.
+    pub nodes: f64,
+    /// Triangles tested.
+    pub tests: f64,
+    /// The bytes of the index.
+    pub bytes: usize,
+}
+
+/// One candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// Which index.
+    pub kind: IndexKind,
+    /// What is expected of it.
+    pub expectation: Expectation,
+}
+
+/// What [`select`] chose, and why: printed, it is a sentence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    chosen: IndexKind,
+    cost: Cost,
+    candidates: ArrayVec<Candidate, KINDS>,
+}
+
+impl Selection {
+    /// The cheapest that fits; of those within 3% of it, the smallest, and then the first of the candidates.
+    pub fn kind(&self) -> IndexKind {
+        self.chosen
+    }
+
+    /// What is expected of it.
+    pub fn cost(&self) -> Cost {
+        self.cost
+    }
+
+    /// All candidates in their order.
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+}
+
+/// Chooses an index for a scene: builds candidates in the arena, answers the [scene's rays](Scene::rays) with each,
+/// and weighs what that took.
+///
+/// Without rays, a sample is taken: 1,024 rays, two thirds of them lines through the scene's box, the rest light that
+/// reaches triangles.
+/// [`IndexKind::Linear`] is not asked, since what it takes is known. A candidate named twice counts once. The
+/// arena's contents are undefined afterwards; build the chosen kind in it with the same options.
+///
+/// Where the scene says [how many rays](Scene::expecting) are to come, the build counts too: for a single ray in a
+/// large scene no tree is built, but all triangles are tested.
+///
+/// Cost: trying takes at most three times as long as building the chosen candidate, or half as long as its rays, or
+/// 4 ms, whichever is most; and a few thousand queries. Without [`Scene::expecting`], 16 rays a triangle are assumed.
+/// Candidates that are likely to be best are tried first. A candidate that would take more is left out as
+/// [`BuildError::TooMuchWork`]; with more rays expected, it is tried. Work is counted, not timed, so that the choice
+/// is the same on every machine.
+///
+/// # Errors
+/// If no candidate can be built, the first one's reason, or of those that say how much is missing the least;
+/// [`BuildError::InvalidOption`] without candidates.
+///
+/// # Examples
+/// ```
+/// use arboleda::select::{USUAL, select};
+/// use arboleda::{Block, Options, Scene, Triangle, Vec3};
+///
+/// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+/// let (scene, options) = (Scene::new(&triangles), Options::default());
+/// let (mut arena, mut scratch) = ([Block::ZERO; 64], [Block::ZERO; 64]);
+/// let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+/// let selection = select(&scene, &options, USUAL, arena, scratch)?;
+/// assert_eq!(selection.candidates().len(), USUAL.len());
+/// let index = selection.kind().build(&scene, &options, arena, scratch)?;
+/// # Ok::<(), arboleda::BuildError>(())
+/// ```
+pub fn select(
+    scene: &Scene<'_>,
+    options: &Options,
+    candidates: &[IndexKind],
+    arena: &mut [u8],
+    scratch: &mut [u8],
+) -> Result<Selection, BuildError> {
+    // 1. Each kind once, in the caller's order.
+    let mut estimates = ArrayVec::<Candidate, KINDS>::new();
+    for &kind in candidates {
+        if estimates.iter().all(|known| known.kind != kind) {
+            let untried = Expectation::LeftOut(BuildError::TooMuchWork { limit: 0 });
+            let pushed = estimates.try_push(Candidate { kind, expectation: untried }).is_ok();
+            debug_assert!(pushed, "each kind comes once");
+        }
+    }
+
+    // 2. Try them, in the order of their turns.
+    let mut trials =
+        Trials { scene, options, budget: Budget::new(scene, options.float64), best: None };
+    for turn in 0..BuildCost::TURNS {
+        for candidate in &mut estimates {
+            if BuildCost::turn(candidate.kind) == turn {
+                candidate.expectation = match trials.expect(candidate.kind, arena, scratch) {
+                    Ok(cost) => Expectation::Fits(cost),
+                    Err(error) => Expectation::LeftOut(error),
+                };
+            }
+        }
+    }
+
+    // 3. Of all whose cost is as good as the least, the smallest.
+    let Some(least) = trials.best.map(|best| best.whole) else {
+        return Err(least_missing(&estimates));
+    };
+    let mut best: Option<(IndexKind, Cost)> = None;
+    for Candidate { kind, expectation } in &estimates {
+        if let Expectation::Fits(cost) = *expectation
+            && trials.budget.whole(cost.build_nanoseconds, cost.nanoseconds) <= least * AS_GOOD
+            && best.is_none_or(|(_, smallest)| cost.bytes < smallest.bytes)
+        {
+            best = Some((*kind, cost));
+        }
+    }
+    match best {
+        Some((chosen, cost)) => Ok(Selection { chosen, cost, candidates: estimates }),
+        None => Err(least_missing(&estimates)),
+    }
+}
+
+/// The best candidate so far.
+#[derive(Clone, Copy)]
+struct Best {
+    /// Nanoseconds to build it.
+    build: f64,
+    /// Nanoseconds a ray.
+    ray: f64,
+    /// Its whole cost: see [`Budget::whole`].
+    whole: f64,
+}
+
+/// Candidates being tried.
+struct Trials<'t, 'a> {
+    scene: &'t Scene<'a>,
+    options: &'t Options,
+    budget: Budget,
+    best: Option<Best>,
+}
+
+impl Trials<'_, '_> {
+    /// Tries a candidate, if there is enough memory for it and enough of the budget left.
+    fn expect(
+        &mut self,
+        kind: IndexKind,
+        arena: &mut [u8],
+        scratch: &mut [u8],
+    ) -> Result<Cost, BuildError> {
+        let count = self.scene.triangles().len();
+        let costs = BuildCost::of(kind, self.options.float64);
+        let least = costs.least_nanoseconds(count);
+        let given = self.options.work_limit.unwrap_or(u64::MAX);
+        let limit = match self.best {
+            None => given,
+            Some(best) => {
+                let left = self.budget.left(best.build, best.ray);
+                let limit = costs.steps_within(count, left).min(given);
+                if least > left || !self.budget.may_win(least, best.whole) {
+                    return Err(BuildError::TooMuchWork { limit });
+                }
+                limit
+            }
+        };
+        let options = Options { work_limit: Some(limit), ..*self.options };
+        let mut steps = 0;
+        let tried = try_candidate(kind, self.scene, &options, arena, scratch, &mut steps);
+        let build = costs.nanoseconds(count, steps as f64);
+        // The linear scan's build is a copy of the ids; it must not keep the first tree from being tried.
+        if kind != IndexKind::Linear {
+            self.budget.spend(build);
+        }
+        let cost = Cost { build_nanoseconds: build, ..tried? };
+        let whole = self.budget.whole(build, cost.nanoseconds);
+        if self.best.is_none_or(|best| whole < best.whole) {
+            self.best = Some(Best { build, ray: cost.nanoseconds, whole });
+        }
+        Ok(cost)
+    }
+}
+
+fn least_missing(estimates: &[Candidate]) -> BuildError {
+    let mut errors = estimates.iter().filter_map(|estimate| match estimate.expectation {
+        Expectation::LeftOut(error) => Some(error),
+        Expectation::Fits(_) => None,
+    });
+    let none = BuildError::InvalidOption { option: "candidates", allowed: "at least one" };
+    let Some(first) = errors.next() else {
+        return none;
+    };
+    errors.fold(first, |least, error| match (least, error) {
+        (BuildError::ArenaFull { needed, .. }, BuildError::ArenaFull { needed: other, .. })
+            if other < needed =>
+        {
+            error
+        }
+        _ => least,
+    })
+}
+
+/// Builds a candidate, counts the steps of that in `steps`, and answers the rays with it.
+fn try_candidate(
+    kind: IndexKind,
+    scene: &Scene<'_>,
+    options: &Options,
+    arena: &mut [u8],
+    scratch: &mut [u8],
+    steps: &mut u64,
+) -> Result<Cost, BuildError> {
+    let index = kind.build_counted(scene, options, arena, scratch, &Sequential, steps)?;
+    let mut counters = Counters::default();
+    let mut count = 0_u64;
+    // What the linear scan takes is known: its box, and all triangles.
+    let scan = (kind == IndexKind::Linear).then(|| index.sections().nodes().last());
+    let mut ask = |ray: &Ray| {
+        count += 1;
+        let Some(root) = scan else {
+            index.closest_hit_counted(ray, &mut counters);
+            return;
+        };
+        let span = RaySpan::new(ray);
+        if root.is_some_and(|root| !span.clip(&root.bounds, span.whole()).is_empty()) {
+            counters.nodes_visited += 1;
+            counters.triangle_tests += scene.triangles().len() as u64;
+        }
+    };
+    if scene.rays.is_empty() {
+        for_each_ray(scene.triangles().iter(), RAYS, &mut ask);
+    } else {
+        scene.rays.iter().for_each(&mut ask);
+    }
+    // An empty scene has no rays of its own.
+    let per_ray = 1.0 / if count > 0 { count as f64 } else { 1.0 };
+    Ok(Cost {
+        build_nanoseconds: 0.0,
+        nanoseconds: kind.weights(options.float64).nanoseconds(count, &counters) * per_ray,
+        nodes: counters.nodes_visited as f64 * per_ray,
+        tests: counters.triangle_tests as f64 * per_ray,
+        bytes: index.as_bytes().len(),
+    })
+}
+
+/// A number, at least 0, with so many decimals. The formatting of `f64` in the standard library can panic, as
+/// far as the compiler can tell.
+struct Decimal<const PLACES: u32>(f64);
+
+impl<const PLACES: u32> fmt::Display for Decimal<PLACES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = const { 10_u64.pow(PLACES) };
+        let rounded = (self.0 * unit as f64 + 0.5) as u64;
+        write!(f, "{}.{:0width$}", rounded / unit, rounded % unit, width = PLACES as usize)
+    }
+}
+
+impl fmt::Display for Selection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Cost { nanoseconds, nodes, tests, .. } = self.cost;
+        write!(
+            f,
+            "{}: {} us a ray estimated ({} nodes, {} tests)",
+            self.chosen.name(),
+            Decimal::<2>(nanoseconds / 1e3),
+            Decimal::<1>(nodes),
+            Decimal::<1>(tests)
+        )?;
+        let mut next: Option<(IndexKind, f64)> = None;
+        for candidate in &self.candidates {
+            match candidate.expectation {
+                Expectation::Fits(cost)
+                    if candidate.kind != self.chosen
+                        && next.is_none_or(|(_, least)| cost.nanoseconds < least) =>
+                {
+                    next = Some((candidate.kind, cost.nanoseconds));
+                }
+                _ => {}
+            }
+        }
+        if let Some((kind, other)) = next {
+            write!(f, "; next: {}, ", kind.name())?;
+            if nanoseconds > 0.0 {
+                write!(f, "{} times as much", Decimal::<2>(other / nanoseconds))?;
+            } else {
+                f.write_str("as much")?;
+            }
+        }
+        // Candidates that were not worth their build stand in one list; the others each with a reason.
+        let mut separator = "; not worth building: ";
+        for candidate in &self.candidates {
+            if let Expectation::LeftOut(BuildError::TooMuchWork { .. }) = candidate.expectation {
+                write!(f, "{separator}{}", candidate.kind.name())?;
+                separator = ", ";
+            }
+        }
+        for candidate in &self.candidates {
+            match candidate.expectation {
+                Expectation::Fits(_) | Expectation::LeftOut(BuildError::TooMuchWork { .. }) => {}
+                Expectation::LeftOut(error) => {
+                    write!(f, "; {} left out: {error}", candidate.kind.name())?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

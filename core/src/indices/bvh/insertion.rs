@@ -1,0 +1,202 @@
+//! A bounding volume hierarchy built by inserting one triangle after the other.
+//!
+//! From the root, a triangle goes down to the child whose surface grows least, as long as that costs
+//! less than making it the sibling of the node reached. Order matters: sorted triangles give poor
+//! trees, so they are inserted in a scattered order, the same for the same count.
+//!
+//! # Source
+//! J. Goldsmith, J. Salmon, *Automatic Creation of Object Hierarchies for Ray Tracing*, 1987. Deviation:
+//! nodes have two children.
+
+use arrayvec::ArrayVec;
+use bytemuck::{Pod, Zeroable};
+
+use super::{MAX_DEPTH, push_inner, push_leaf, set_child};
+use crate::cost::surface;
+use crate::error::BuildError;
+use crate::geometry::Aabb;
+use crate::input::Options;
+use crate::memory::{Arena, Words, size_of_slice};
+use crate::structure::Group;
+
+/// A node being built: an inner node has `links` to two nodes, a leaf to the first and the last of a
+/// list of triangles.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Node {
+    bounds: Aabb,
+    links: [u32; 2],
+    /// Levels below; 0 for a leaf.
+    height: u32,
+}
+
+const NONE: u32 = u32::MAX;
+
+const fn node_count(triangle_count: usize) -> usize {
+    triangle_count.saturating_mul(2)
+}
+
+pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
+    size_of_slice::<Node>(node_count(triangle_count))
+        .saturating_add(size_of_slice::<u32>(triangle_count))
+}
+
+/// Inserts the triangles of a group and writes the tree; `full` is the error if the scratch is too small.
+///
+/// # Errors
+/// `full`, and [`BuildError::TooMuchWork`].
+pub(super) fn build(
+    group: &Group<'_>,
+    options: &Options,
+    words: &mut Words<'_>,
+    mut arena: Arena<'_>,
+    full: BuildError,
+) -> Result<(), BuildError> {
+    let count = group.ids.len();
+    let nodes = arena.take::<Node>(node_count(count)).ok_or(full)?;
+    // The list of a leaf, by place in the group; a leaf has several only where no level is left.
+    let next = arena.take::<u32>(count).ok_or(full)?;
+    next.fill(NONE);
+    let mut tree = Tree { nodes, next, used: 0 };
+    // A step coprime to the count, near the golden section of it, visits every place once.
+    let mut step = (count as u64 * 618 / 1000).max(1);
+    while greatest_common_divisor(step, count as u64) != 1 {
+        step += 1;
+    }
+    let mut place = 0;
+    for _ in 0..count {
+        let id = group.ids.get(place as usize).copied().unwrap_or(0);
+        let bounds = group.triangles.get(id).unwrap_or_default().bounds();
+        let levels = tree.insert(place as u32, bounds, options).ok_or(full)?;
+        // A step for each box compared on the way down, and for each renewed on the way back.
+        words.spend(2 * levels as u64)?;
+        place = (place + step) % count.max(1) as u64;
+    }
+    let start = words.len();
+    let root = words.push(0);
+    let link = write(&tree, 0, group, words, start).ok_or(full)?;
+    words.set(root, link);
+    Ok(())
+}
+
+fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
+    while b != 0 {
+        (a, b) = (b, a.checked_rem(b).unwrap_or(0));
+    }
+    a
+}
+
+struct Tree<'a> {
+    nodes: &'a mut [Node],
+    next: &'a mut [u32],
+    used: usize,
+}
+
+impl Tree<'_> {
+    fn push(&mut self, node: Node) -> Option<u32> {
+        let id = self.used;
+        *self.nodes.get_mut(id)? = node;
+        self.used += 1;
+        Some(id as u32)
+    }
+
+    /// Inserts a triangle, and returns the number of nodes on the way to its leaf.
+    fn insert(&mut self, place: u32, bounds: Aabb, options: &Options) -> Option<usize> {
+        let leaf = Node { bounds, links: [place, place], height: 0 };
+        if self.used == 0 {
+            self.push(leaf)?;
+            return Some(1);
+        }
+        // 1. Down to where the new triangle costs least: a node around both, or growth further down.
+        let mut path = ArrayVec::<u32, { MAX_DEPTH as usize + 1 }>::new();
+        let mut at = 0;
+        let node = loop {
+            path.try_push(at).ok()?;
+            let node = *self.nodes.get(at as usize)?;
+            let fits = path.len() as u32 + node.height <= MAX_DEPTH;
+            let Some(child) = self.cheaper_child(&node, &bounds, options, fits)? else {
+                break node;
+            };
+            at = child;
+        };
+
+        // 2. The node moves down and a node around both takes its place; or, where no level is left,
+        // the leaf takes one more.
+        if path.len() as u32 + node.height <= MAX_DEPTH {
+            let links = [self.push(node)?, self.push(leaf)?];
+            *self.nodes.get_mut(at as usize)? =
+                Node { bounds: node.bounds, links, height: node.height + 1 };
+        } else {
+            *self.next.get_mut(node.links[1] as usize)? = place;
+            self.nodes.get_mut(at as usize)?.links[1] = place;
+        }
+
+        // 3. Boxes and heights on the way back.
+        for &at in path.iter().rev() {
+            let [left, right] = self.nodes.get(at as usize)?.links;
+            let is_leaf = self.nodes.get(at as usize)?.height == 0;
+            let height_of =
+                |child: u32| self.nodes.get(child as usize).map_or(0, |node| node.height);
+            let height = if is_leaf { 0 } else { 1 + height_of(left).max(height_of(right)) };
+            let node = self.nodes.get_mut(at as usize)?;
+            node.bounds = node.bounds.union(bounds);
+            node.height = height;
+        }
+        Some(path.len())
+    }
+
+    /// The child to go down to, or `None` inside if the triangle belongs beside the node itself, which
+    /// is only possible where that `fits`.
+    #[expect(clippy::option_option, reason = "the outer one is for `?`")]
+    fn cheaper_child(
+        &self,
+        node: &Node,
+        bounds: &Aabb,
+        options: &Options,
+        fits: bool,
+    ) -> Option<Option<u32>> {
+        if node.height == 0 {
+            return Some(None);
+        }
+        let growth = |bounds_before: &Aabb| {
+            surface(bounds_before.union(*bounds).extent()) - surface(bounds_before.extent())
+        };
+        let [left, right] = node.links;
+        let (l, r) = (self.nodes.get(left as usize)?, self.nodes.get(right as usize)?);
+        let (l_growth, r_growth) = (growth(&l.bounds), growth(&r.bounds));
+        // Of two that grow alike the lower, so that coincident triangles make a balanced tree.
+        let go_right = r_growth < l_growth || (r_growth == l_growth && r.height < l.height);
+        let (child, least) = if go_right { (right, r_growth) } else { (left, l_growth) };
+        let model = &options.cost_model();
+        let descended = model.traversal * 2.0 * growth(&node.bounds) + model.intersection * least;
+        let paired = model.traversal * 2.0 * surface(node.bounds.union(*bounds).extent());
+        Some((!fits || descended <= paired).then_some(child))
+    }
+}
+
+/// Writes a subtree in depth-first order and returns the link to it. As deep a recursion as the tree.
+fn write(
+    tree: &Tree<'_>,
+    at: u32,
+    group: &Group<'_>,
+    words: &mut Words<'_>,
+    start: usize,
+) -> Option<u32> {
+    let node = tree.nodes.get(at as usize)?;
+    if node.height == 0 {
+        let mut place = node.links[0];
+        let ids = core::iter::from_fn(|| {
+            let id = group.ids.get(place as usize).copied()?;
+            place = tree.next.get(place as usize).copied().unwrap_or(NONE);
+            Some(id)
+        });
+        return Some(push_leaf(words, start, ids));
+    }
+    let boxes = push_inner(words);
+    for (child, link) in node.links.into_iter().enumerate() {
+        let bounds = tree.nodes.get(link as usize)?.bounds;
+        let link = write(tree, link, group, words, start)?;
+        set_child(words, boxes, child, &bounds, link);
+    }
+    Some((boxes - start) as u32)
+}

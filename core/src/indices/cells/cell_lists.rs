@@ -1,0 +1,249 @@
+//! Filing triangles in the cells of a tree, from the root down: what `octants` and `plane_tree` share.
+//!
+//! ```text
+//! ids    | root's list | a child's list | a grandchild's list | ...     one for each level on the way down
+//! parts  | in which parts of its cell each of these lies, one bit each
+//! leaf:  count | id id id ...
+//! ```
+//! Only the lists on the way down are kept: a child's is gathered behind its parent's, and the next child's
+//! overwrites it. A triangle may be filed in several parts. Links count words from the group's first, with
+//! the highest bit set for a leaf.
+//!
+//! # The bound on references
+//! A tree of `n` triangles has at most `n * allowance` references. The root may have that many; a node hands what it
+//! may have on to its parts, in proportion to the triangles filed in each, and is divided only if the parts may
+//! have what is filed in them. So where triangles lie in one place, which no plane parts, a node becomes a leaf as
+//! soon as its share is used up, wherever else the tree goes on. A level files at most `n * allowance`
+//! references, each in at most nine steps and those of choosing planes. So a tree of `d` levels takes at most
+//! `n * allowance * d` times that many.
+
+use super::tree_cell::Cell;
+use crate::cost::Estimate;
+use crate::error::BuildError;
+use crate::geometry::Triangle;
+use crate::indices::depth_first;
+use crate::input::{CostModel, Level, Options};
+use crate::memory::{Arena, Words, size_of_slice};
+use crate::structure::{Group, Local};
+
+pub(super) const LEAF: u32 = 1 << 31;
+/// Links have 31 bits.
+const MOST_WORDS: usize = 1 << 31;
+
+/// References a triangle that a tree may have whose level is found. The built-in scenes take 1 to 8 in an octree and
+/// 1 to 6 in a kd-tree, triangles strewn over a cube 11.
+const ALLOWANCE: u64 = 16;
+/// References a triangle where the level is given, which says how large the tree is meant to be. An octree of level 11
+/// with one triangle a leaf, as in the paper's tables, takes 270 a triangle on figure 4(b), 720 on figure 3.
+const ALLOWANCE_OF_GIVEN_LEVEL: u64 = 4096;
+
+/// The references that a tree of `triangle_count` triangles may have.
+pub(super) fn most_references(triangle_count: usize, options: &Options) -> u64 {
+    let allowance = match options.level {
+        Level::Automatic => ALLOWANCE,
+        Level::AtMost(_) => ALLOWANCE_OF_GIVEN_LEVEL,
+    };
+    allowance.saturating_mul(triangle_count as u64)
+}
+
+/// Room for the lists of `levels` levels below the root, none longer than the one above.
+pub(super) struct Lists<'s> {
+    ids: &'s mut [u32],
+    parts: &'s mut [u8],
+}
+
+impl<'s> Lists<'s> {
+    pub const fn scratch_bytes(triangle_count: usize, levels: usize) -> usize {
+        let entries = triangle_count.saturating_mul(levels + 1);
+        size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
+    }
+
+    /// The root's list is the whole group.
+    pub fn new(
+        group: &Group<'_>,
+        levels: usize,
+        scratch: &'s mut [u8],
+    ) -> Result<Self, BuildError> {
+        let count = group.ids.len();
+        let needed = Self::scratch_bytes(count, levels);
+        let full = BuildError::ScratchFull { needed, given: scratch.len() };
+        let entries = count.saturating_mul(levels + 1);
+        let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
+        let ids = arena.take::<u32>(entries).ok_or(full)?;
+        let parts = arena.take::<u8>(entries).ok_or(full)?;
+        for (slot, &id) in ids.iter_mut().zip(group.ids) {
+            *slot = id;
+        }
+        Ok(Self { ids, parts })
+    }
+}
+
+/// The triangles of a cell: a run of the lists.
+#[derive(Clone, Copy)]
+pub(super) struct List {
+    from: usize,
+    to: usize,
+}
+
+impl List {
+    pub fn is_empty(self) -> bool {
+        self.from == self.to
+    }
+
+    pub fn len(self) -> usize {
+        self.to - self.from
+    }
+}
+
+/// The parts of a cell that a triangle lies in.
+#[derive(Clone, Copy)]
+pub(super) struct Placement {
+    /// One bit for each part.
+    pub mask: u8,
+    /// Looks at the triangle that finding them took: one, and one for each box it was compared with.
+    pub steps: u32,
+}
+
+/// The number of references in the parts of a cell, and the most that there may be below them.
+#[derive(Clone, Copy)]
+pub(super) struct Parts {
+    /// The parts in which something is filed, one bit each.
+    pub mask: u8,
+    /// References in all of them together.
+    references: u64,
+    /// References that all may have together.
+    most_references: u64,
+}
+
+impl Parts {
+    /// The references that a part may have: its share by what is filed in it, and at least that.
+    pub fn share(&self, part: List) -> u64 {
+        let product = u128::from(self.most_references) * part.len() as u128;
+        product.checked_div(u128::from(self.references)).unwrap_or(0) as u64
+    }
+}
+
+/// A node that is about to be written.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    pub list: List,
+    /// Where it begins, from the group's first word.
+    pub place: u32,
+    /// The chance that a ray through the group enters it.
+    probability: f64,
+}
+
+/// The state of a build, or of an attempt that only counts.
+pub(super) struct Filing<'b, 'g, 's, 'w> {
+    pub group: &'b Group<'g>,
+    pub words: &'b mut Words<'w>,
+    lists: &'b mut Lists<'s>,
+    root_surface: f64,
+    estimate: Estimate,
+    /// The word from which links count.
+    start: usize,
+}
+
+impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
+    /// Writes a tree: `root` appends the root's node, with the list of the whole group, and returns the link
+    /// to it. Returns the estimated cost.
+    pub fn write(
+        group: &'b Group<'g>,
+        model: &CostModel,
+        lists: &'b mut Lists<'s>,
+        words: &'b mut Words<'w>,
+        root_cell: &Cell,
+        root: impl FnOnce(&mut Self, List) -> Result<u32, BuildError>,
+    ) -> Result<f64, BuildError> {
+        let start = words.len();
+        let link_place = words.push(0);
+        let root_surface = root_cell.surface_within(&group.bounds);
+        let estimate = Estimate::new(model);
+        let mut filing = Self { group, words, lists, root_surface, estimate, start };
+        let link = root(&mut filing, List { from: 0, to: group.ids.len() })?;
+        filing.words.set(link_place, link);
+        Ok(filing.estimate.total())
+    }
+
+    /// The triangles of a list.
+    pub fn ids(&self, list: List) -> &[u32] {
+        self.lists.ids.get(list.from..list.to).unwrap_or(&[])
+    }
+
+    /// Begins the node of a cell.
+    pub fn begin(&mut self, list: List, cell: &Cell) -> Result<Node, BuildError> {
+        let place = self.words.len() - self.start;
+        if place.saturating_add(list.to - list.from) >= MOST_WORDS {
+            return Err(BuildError::TooLarge);
+        }
+        let surface = cell.surface_within(&self.group.bounds);
+        // A group on a line has no surface; every ray that meets it meets all of it.
+        let probability = if self.root_surface > 0.0 { surface / self.root_surface } else { 1.0 };
+        self.estimate.add_node(probability);
+        Ok(Node { list, place: place as u32, probability })
+    }
+
+    /// Makes the node a leaf, and returns the link to it.
+    pub fn leaf(&mut self, node: Node) -> u32 {
+        let ids = self.lists.ids.get(node.list.from..node.list.to).unwrap_or(&[]);
+        self.estimate.add_tests(node.probability, ids.len());
+        self.words.push(ids.len() as u32);
+        self.words.extend(ids);
+        node.place | LEAF
+    }
+
+    /// Notes in which parts each triangle lies, one bit a part. `None` if the node is not to be divided, since there
+    /// would be more references than it may have.
+    ///
+    /// # Errors
+    /// [`BuildError::TooMuchWork`].
+    pub fn mark(
+        &mut self,
+        list: List,
+        most_references: u64,
+        mut parts_of: impl FnMut(&Triangle) -> Placement,
+    ) -> Result<Option<Parts>, BuildError> {
+        let mut mask = 0;
+        // Each triangle lies in one part at least, so what there will be at least is known from the beginning.
+        let mut references = list.len() as u64;
+        for at in list.from..list.to {
+            if references > most_references {
+                return Ok(None);
+            }
+            let id = self.lists.ids.get(at).copied().unwrap_or(0);
+            let Some(triangle) = self.group.triangles.get(id) else { continue };
+            let found = parts_of(&triangle);
+            self.words.spend(u64::from(found.steps))?;
+            mask |= found.mask;
+            references += u64::from(found.mask.count_ones()).saturating_sub(1);
+            if let Some(slot) = self.lists.parts.get_mut(at) {
+                *slot = found.mask;
+            }
+        }
+        let parts = Parts { mask, references, most_references };
+        Ok((references <= most_references).then_some(parts))
+    }
+
+    /// Gathers the triangles of one part behind the list.
+    pub fn gather(&mut self, list: List, part: u32) -> List {
+        let mut end = list.to;
+        for at in list.from..list.to {
+            let inside = self.lists.parts.get(at).is_some_and(|parts| parts >> part & 1 == 1);
+            if inside && let Some(&id) = self.lists.ids.get(at) {
+                if let Some(slot) = self.lists.ids.get_mut(end) {
+                    *slot = id;
+                }
+                end += 1;
+            }
+        }
+        List { from: list.to, to: end }
+    }
+}
+
+/// The leaf at `place`, if it is one that `Filing` may have written.
+pub(super) fn check_leaf(local: &Local<'_>, place: u32) -> Option<depth_first::Node> {
+    let references = local.word(place);
+    let words = references.checked_add(1)?;
+    let sound = references != 0 && local.are_ids(place + 1, references);
+    sound.then_some(depth_first::Node::Leaf { words, references })
+}

@@ -1,0 +1,33 @@
+//! Hierarchies of cells: octree, octree-R, kd-tree and BSP tree.
+//!
+//! ```text
+//! cells that are eight octants:  octant_tree <- octree (in the middle), octree_r (where it costs least)
+//! cells that a plane divides:    plane_tree  <- kd_tree, bsp_tree
+//! ```
+//! A tree and the policy that divides its cells make an index.
+
+#[cfg(feature = "bsp-tree")]
+mod bsp_tree;
+mod cell_lists;
+#[cfg(feature = "kd-tree")]
+mod kd_tree;
+#[cfg(any(feature = "octree", feature = "octree-r"))]
+pub(crate) mod octant_tree;
+#[cfg(feature = "octree")]
+mod octree;
+#[cfg(feature = "octree-r")]
+mod octree_r;
+#[cfg(any(feature = "kd-tree", feature = "bsp-tree"))]
+pub(crate) mod plane_tree;
+#[cfg(any(feature = "octree-r", feature = "kd-tree"))]
+mod split_cost;
+mod tree_cell;
+
+#[cfg(feature = "bsp-tree")]
+pub use bsp_tree::BspTree;
+#[cfg(feature = "kd-tree")]
+pub use kd_tree::KdTree;
+#[cfg(feature = "octree")]
+pub use octree::Octree;
+#[cfg(feature = "octree-r")]
+pub use octree_r::OctreeR;

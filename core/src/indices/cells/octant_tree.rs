@@ -1,0 +1,382 @@
+//! Trees of cells divided into up to eight: what the octree and the octree-R share.
+//!
+//! ```text
+//! words:  root: a link; then the nodes in depth-first order
+//! inner:  child mask | the planes, if stored | link to each present child, by octant
+//! leaf:   count      | id id id ...
+//! link:   place of the node, the highest bit set for a leaf
+//! ```
+//! Octant bit 0 is set for the upper half in x, bit 1 in y, bit 2 in z. An axis may be left undivided;
+//! its bit is then 0 in all children. The root cell is a cube at the lower corner of the group's box:
+//! cells stay cubes where they are halved, and what is flat lies on one face of the cube rather than
+//! in the middle. Building and walking compute or store the same planes, so a cell is the same closed
+//! box for both.
+//!
+//! # Invariants
+//! Every point of a triangle lies in a leaf cell in which the triangle is filed. By induction from the
+//! root: let a point lie in a cell where its triangle is filed. On each axis choose a half that holds
+//! it; on the plane itself, the upper half if the triangle reaches above, else the lower. In that half
+//! the triangle is filed by extent, and the overlap test never rejects a box that shares a point.
+//! The walk visits every non-empty cell the ray may touch, so it meets that leaf.
+//!
+//! # Source
+//! J. Revelles, C. Ureña, M. Lastra, *An Efficient Parametric Algorithm for Octree Traversal*, 2000.
+//! Deviations: (1) instead of reflecting a ray that runs downwards about the centre, which rounds, near
+//! and far planes are exchanged and the octant's bits flipped, which does not; (2) each plane's
+//! parameter is computed from its coordinate, not by averaging its neighbours', so that errors do not
+//! grow with the level; (3) where crossings of several planes are too close to tell their order, all
+//! cells that may come next are visited, not one. Cells are visited in the order of their octant with
+//! flipped bits, which is front to back.
+
+use core::marker::PhantomData;
+use core::ops::ControlFlow;
+
+use arrayvec::ArrayVec;
+
+use super::cell_lists::{Filing, LEAF, List, Lists, Placement, check_leaf, most_references};
+use super::tree_cell::Cell;
+use crate::cost::{best_level, search_steps};
+use crate::error::BuildError;
+use crate::geometry::{AxisCrossing, RaySpan, Span, Triangle, may_overlap};
+use crate::indices::depth_first::{Node, check_depth_first};
+use crate::input::{CostModel, Level, MAX_LEVEL, Options};
+use crate::memory::Words;
+use crate::query::Query;
+use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
+
+const LEVELS: usize = MAX_LEVEL as usize + 1;
+/// Surfaces fill 4^12 = 16 million cells of this level; scratch grows with it.
+const MAX_AUTOMATIC_LEVEL: u32 = 12;
+
+const fn levels_at_most(options: &Options) -> usize {
+    let level = match options.level {
+        Level::AtMost(level) => level,
+        Level::Automatic => MAX_AUTOMATIC_LEVEL,
+    };
+    (if level < MAX_LEVEL { level } else { MAX_LEVEL }) as usize
+}
+
+/// See [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
+pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+    Lists::scratch_bytes(triangle_count, levels_at_most(options))
+}
+
+/// The plane across each axis, where there is one.
+pub type Planes = [Option<f64>; 3];
+
+/// Where cells are divided.
+pub trait OctantPolicy: 'static {
+    /// Bits of an inner node's first word that say which axes are divided; 0 if all always are.
+    const AXES: u32;
+    /// Looks at each triangle that choosing planes takes.
+    const LOOKS: u64;
+
+    /// The planes for a cell that holds some triangles, strictly inside it; all `None` for a leaf.
+    fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes;
+
+    /// The planes of an inner node as `choose` gave them.
+    fn planes(local: &Local<'_>, place: u32, head: u32, cell: &Cell) -> Planes;
+
+    /// How many words the planes take in a node with this first word.
+    fn stored(head: u32) -> u32 {
+        (head & Self::AXES).count_ones()
+    }
+}
+
+/// A tree of cells divided as `P` says.
+pub struct OctantTree<P>(PhantomData<P>);
+
+impl<P: OctantPolicy> LocalIndex for OctantTree<P>
+where
+    Self: Described,
+{
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+        scratch_bytes(triangle_count, options)
+    }
+
+    fn build(
+        group: &Group<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError> {
+        let mut lists = Lists::new(group, levels_at_most(options), scratch)?;
+        let (root, model) = (Cell::root(&group.bounds), options.cost_model());
+        let most_references = most_references(group.ids.len(), options);
+        let mut attempt = |most_level: u32, words: &mut Words<'_>| {
+            Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
+                let division = PhantomData;
+                OctantBuilder::<P> { filing, options, most_level, division }.node(
+                    list,
+                    root,
+                    0,
+                    most_references,
+                )
+            })
+        };
+        let level = match options.level {
+            Level::AtMost(level) => level,
+            Level::Automatic => {
+                let budget = search_steps(group.ids.len(), P::LOOKS);
+                best_level(MAX_AUTOMATIC_LEVEL, budget, words, &mut attempt)?
+            }
+        };
+        attempt(level, words)?;
+        Ok(())
+    }
+
+    fn traverse<Q: Query>(
+        local: &Local<'_>,
+        ray: &RaySpan,
+        span: Span,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        let mut stack = ArrayVec::<Frame, LEVELS>::new();
+        let root = Cell::root(&local.bounds);
+        Self::enter(local, ray, span, query, local.word(0), root, &mut stack)?;
+        loop {
+            let Some(frame) = stack.last_mut() else {
+                return ControlFlow::Continue(());
+            };
+            let Some((octant, span)) = frame.next(ray.sign_mask() as u32) else {
+                stack.pop();
+                continue;
+            };
+            if span.from > query.last() {
+                continue;
+            }
+            let link = local.word(frame.link_of(octant));
+            let cell = frame.cell.child(&frame.planes, octant);
+            Self::enter(local, ray, span, query, link, cell, &mut stack)?;
+        }
+    }
+
+    fn check(local: &Local<'_>) -> Option<Statistics> {
+        let place_of = |link| link & !LEAF;
+        let root = local.word(0);
+        let checked =
+            check_depth_first::<{ 8 * LEVELS }>(root, 1, place_of, |link, level, links| {
+                let place = place_of(link);
+                if link & LEAF != 0 {
+                    return check_leaf(local, place);
+                }
+                let head = local.word(place);
+                let (mask, axes) = (head & 0xff, head & !0xff);
+                let first_link = place.checked_add(1 + P::stored(head))?;
+                let end = first_link.checked_add(mask.count_ones())?;
+                let divided = axes & !P::AXES == 0 && (axes != 0 || P::AXES == 0);
+                let finite =
+                    (place + 1..first_link).all(|at| f32::from_bits(local.word(at)).is_finite());
+                if mask == 0 || !divided || !finite || level as usize >= LEVELS {
+                    return None;
+                }
+                links.follow((first_link..end).map(|at| local.word(at)))?;
+                Some(Node::Inner { words: end - place })
+            });
+        let (statistics, end) = checked?;
+        (end as usize == local.words.len()).then_some(statistics)
+    }
+}
+
+impl<P: OctantPolicy> OctantTree<P> {
+    /// Enters a node: tests a leaf's triangles, or pushes the frame of an inner node.
+    #[inline]
+    fn enter<Q: Query>(
+        local: &Local<'_>,
+        ray: &RaySpan,
+        span: Span,
+        query: &mut Q,
+        link: u32,
+        cell: Cell,
+        stack: &mut ArrayVec<Frame, LEVELS>,
+    ) -> ControlFlow<()> {
+        query.enter();
+        let place = link & !LEAF;
+        let head = local.word(place);
+        if link & LEAF != 0 {
+            return local.test(place + 1, head, query);
+        }
+        let planes = P::planes(local, place, head, &cell);
+        let crossing = |axis: usize| match planes[axis] {
+            Some(plane) => ray.crossing(axis, plane),
+            // Both halves are the whole.
+            None => AxisCrossing { earliest: f64::NEG_INFINITY, latest: f64::INFINITY },
+        };
+        let crossings = [crossing(0), crossing(1), crossing(2)];
+        let frame = Frame {
+            cell,
+            planes,
+            links: place + 1 + P::stored(head),
+            mask: head & 0xff,
+            pending: flipped(head & 0xff, ray.sign_mask()) & reachable(&crossings, span),
+            span,
+            near_end: crossings.map(|c| c.latest),
+            far_start: crossings.map(|c| c.earliest),
+        };
+        let pushed = stack.try_push(frame).is_ok();
+        debug_assert!(pushed, "validation bounds the depth");
+        ControlFlow::Continue(())
+    }
+}
+
+/// An inner node on the way down.
+struct Frame {
+    cell: Cell,
+    planes: Planes,
+    /// Where the first link lies.
+    links: u32,
+    mask: u32,
+    /// Present cells not yet looked at, by octant with flipped bits.
+    pending: u32,
+    span: Span,
+    /// Where the half entered first ends at the latest, and the other begins at the earliest.
+    near_end: [f64; 3],
+    far_start: [f64; 3],
+}
+
+impl Frame {
+    /// The next cell that the ray may touch, front to back.
+    #[inline]
+    fn next(&mut self, sign_mask: u32) -> Option<(u32, Span)> {
+        while self.pending != 0 {
+            let flipped = self.pending.trailing_zeros();
+            self.pending &= self.pending - 1;
+            let mut span = self.span;
+            for axis in 0..3 {
+                if flipped >> axis & 1 == 0 {
+                    let end = self.near_end[axis];
+                    span.to = if end < span.to { end } else { span.to };
+                } else {
+                    let start = self.far_start[axis];
+                    span.from = if start > span.from { start } else { span.from };
+                }
+            }
+            if !span.is_empty() {
+                return Some((flipped ^ sign_mask, span));
+            }
+        }
+        None
+    }
+
+    /// Where the link to a present child lies.
+    #[inline]
+    fn link_of(&self, octant: u32) -> u32 {
+        self.links + (self.mask & ((1 << octant) - 1)).count_ones()
+    }
+}
+
+struct OctantBuilder<'f, 'b, 'g, 's, 'w, P> {
+    filing: &'f mut Filing<'b, 'g, 's, 'w>,
+    options: &'f Options,
+    most_level: u32,
+    division: PhantomData<P>,
+}
+
+/// The halves of each axis, as octants with flipped bits: bit `i` stands for octant `i`.
+const FIRST_HALF: [u32; 3] = [0b0101_0101, 0b0011_0011, 0b0000_1111];
+
+/// The octants both of whose halves on each axis the ray reaches within the span, by flipped bits.
+#[inline]
+fn reachable(crossings: &[AxisCrossing; 3], span: Span) -> u32 {
+    let mut octants = 0xff;
+    for axis in 0..3 {
+        octants &= if crossings[axis].latest < span.from { !FIRST_HALF[axis] } else { 0xff };
+        octants &= if crossings[axis].earliest > span.to { FIRST_HALF[axis] } else { 0xff };
+    }
+    octants
+}
+
+/// A mask of octants, renumbered by flipping the bits of `sign_mask` in their numbers.
+#[inline]
+fn flipped(mask: u32, sign_mask: usize) -> u32 {
+    let mut mask = mask;
+    for (axis, first) in FIRST_HALF.into_iter().enumerate() {
+        if sign_mask >> axis & 1 == 1 {
+            let shift = 1 << axis;
+            mask = (mask & first) << shift | (mask >> shift) & first;
+        }
+    }
+    mask
+}
+
+impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
+    /// Appends the node of a list and returns the link to it. As deep a recursion as levels, at most 21.
+    fn node(
+        &mut self,
+        list: List,
+        cell: Cell,
+        level: u32,
+        most_references: u64,
+    ) -> Result<u32, BuildError> {
+        let node = self.filing.begin(list, &cell)?;
+        let few = list.len() <= self.options.leaf_capacity as usize;
+        let planes = if few || level >= self.most_level {
+            [None; 3]
+        } else {
+            self.filing.words.spend(P::LOOKS * list.len() as u64)?;
+            let ids = self.filing.ids(list);
+            P::choose(self.filing.group, ids, &cell, &self.options.cost_model())
+        };
+        if planes == [None; 3] {
+            return Ok(self.filing.leaf(node));
+        }
+        let octants = |triangle: &Triangle| octants_of(triangle, &cell, &planes);
+        let Some(parts) = self.filing.mark(list, most_references, octants)? else {
+            return Ok(self.filing.leaf(node));
+        };
+        let mask = parts.mask;
+
+        // The node, with links to be filled in; then each child.
+        let mut axes = 0;
+        for (axis, plane) in planes.iter().enumerate() {
+            axes |= u32::from(plane.is_some()) << (axis + 8);
+        }
+        self.filing.words.push(u32::from(mask) | axes & P::AXES);
+        if P::AXES != 0 {
+            for plane in planes.iter().flatten() {
+                self.filing.words.push((*plane as f32).to_bits());
+            }
+        }
+        let links = self.filing.words.len();
+        for _ in 0..mask.count_ones() {
+            self.filing.words.push(0);
+        }
+        let present = (0..8).filter(|octant| mask >> octant & 1 == 1);
+        for (link_place, octant) in (links..).zip(present) {
+            let part = self.filing.gather(list, octant);
+            let child = cell.child(&planes, octant);
+            let link = self.node(part, child, level + 1, parts.share(part))?;
+            self.filing.words.set(link_place, link);
+        }
+        Ok(node.place)
+    }
+}
+
+/// The octants in which a triangle is to be filed.
+fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Placement {
+    let bounds = triangle.bounds();
+    let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
+    // What only touches a plane from one side is filed on that side, what lies in it in the lower half,
+    // and so is everything where there is no plane.
+    let mut octants = 0xff_u8;
+    for axis in 0..3 {
+        const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
+        let upper = planes[axis].is_some_and(|plane| f64::from(hi[axis]) > plane);
+        let lower = !upper || planes[axis].is_some_and(|plane| f64::from(lo[axis]) < plane);
+        octants &= if upper { 0xff } else { !UPPER[axis] };
+        octants &= if lower { 0xff } else { UPPER[axis] };
+    }
+    if octants.is_power_of_two() {
+        return Placement { mask: octants, steps: 1 };
+    }
+    let steps = 1 + octants.count_ones();
+    for octant in 0..8 {
+        if octants >> octant & 1 == 1 {
+            let child = cell.child(planes, octant);
+            if !may_overlap(triangle, child.lo, child.hi) {
+                octants &= !(1 << octant);
+            }
+        }
+    }
+    Placement { mask: octants, steps }
+}

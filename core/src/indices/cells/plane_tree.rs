@@ -1,0 +1,264 @@
+//! Binary trees of cells divided by planes across the axes: what kd-tree and BSP tree share.
+//!
+//! ```text
+//! words:  root: a link; then the nodes in depth-first order
+//! inner:  axis | plane (f32 bits) | link to the lower half | link to the upper half
+//! leaf:   count | id id id ...
+//! link:   place of the node, the highest bit set for a leaf; 0 for a half without triangles
+//! ```
+//! The root cell is the group's box. Filing and its invariant are those of `octants`, on one axis at a
+//! time: a triangle that only touches the plane is filed on its own side, one that lies in the plane in
+//! the lower half.
+//!
+//! # Source
+//! M. Kaplan, *Space-Tracing: A Constant Time Ray-Tracer*, 1985; traversal as in Sung and Arvo 1992,
+//! with conservative crossings instead of comparisons with an epsilon.
+
+use core::marker::PhantomData;
+use core::ops::ControlFlow;
+
+use super::cell_lists::{Filing, LEAF, List, Lists, Placement, check_leaf, most_references};
+use super::tree_cell::Cell;
+use crate::cost::{best_level, search_steps};
+use crate::error::BuildError;
+use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
+use crate::indices::depth_first::{Node, check_depth_first};
+use crate::indices::ordered_traversal::walk_near_first;
+use crate::input::{CostModel, Level, MAX_LEVEL, Options};
+use crate::memory::Words;
+use crate::query::Query;
+use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
+
+const EMPTY: u32 = 0;
+const INNER_WORDS: u32 = 4;
+/// Three divisions, one an axis, are one level of an octree.
+const DIVISIONS_PER_LEVEL: u32 = 3;
+const MAX_DEPTH: usize = (MAX_LEVEL * DIVISIONS_PER_LEVEL) as usize;
+
+/// A plane across an axis.
+#[derive(Clone, Copy)]
+pub struct Plane {
+    pub axis: usize,
+    pub at: f32,
+}
+
+/// Where cells are divided.
+pub trait PlanePolicy: 'static {
+    /// Whether a division is only made if it pays by itself. Else, where the level is found
+    /// automatically, it is found for the whole tree.
+    const PAYS_BY_ITSELF: bool;
+    /// Looks at each triangle that choosing a plane takes.
+    const LOOKS: u64;
+
+    /// The plane for a cell that holds some triangles, strictly inside it; `None` for a leaf.
+    fn choose(
+        group: &Group<'_>,
+        ids: &[u32],
+        cell: &Cell,
+        depth: u32,
+        model: &CostModel,
+    ) -> Option<Plane>;
+}
+
+/// A tree of cells divided as `P` says.
+pub struct PlaneTree<P>(PhantomData<P>);
+
+/// Balanced, a tree of `n` leaves is `log2 n` deep; 8 + 1.3 log2 n is the customary limit
+/// (Pharr, Jakob, Humphreys, *Physically Based Rendering*).
+const fn customary_depth(triangle_count: usize) -> u32 {
+    let depth = 8 + (usize::BITS - triangle_count.leading_zeros()) * 13 / 10;
+    if depth < MAX_DEPTH as u32 { depth } else { MAX_DEPTH as u32 }
+}
+
+const fn depth_at_most(triangle_count: usize, options: &Options) -> u32 {
+    match options.level {
+        Level::AtMost(level) if level < MAX_LEVEL => level * DIVISIONS_PER_LEVEL,
+        Level::AtMost(_) => MAX_LEVEL * DIVISIONS_PER_LEVEL,
+        Level::Automatic => customary_depth(triangle_count),
+    }
+}
+
+/// See [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
+pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+    Lists::scratch_bytes(triangle_count, depth_at_most(triangle_count, options) as usize)
+}
+
+impl<P: PlanePolicy> LocalIndex for PlaneTree<P>
+where
+    Self: Described,
+{
+    fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
+        scratch_bytes(triangle_count, options)
+    }
+
+    fn build(
+        group: &Group<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError> {
+        let most_depth = depth_at_most(group.ids.len(), options);
+        let mut lists = Lists::new(group, most_depth as usize, scratch)?;
+        let (root, model) = (Cell::of(&group.bounds), options.cost_model());
+        let automatic = options.level == Level::Automatic;
+        let most_references = most_references(group.ids.len(), options);
+        // Where each division has to pay for itself, the capacity has nothing to add.
+        let leaf_capacity = if automatic && P::PAYS_BY_ITSELF { 1 } else { options.leaf_capacity };
+        let mut attempt = |most_depth: u32, words: &mut Words<'_>| {
+            Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
+                let model = &model;
+                let division = PhantomData;
+                PlaneBuilder::<P> { filing, model, leaf_capacity, most_depth, division }.node(
+                    list,
+                    root,
+                    0,
+                    most_references,
+                )
+            })
+        };
+        let depth = if automatic && !P::PAYS_BY_ITSELF {
+            let most_level = most_depth / DIVISIONS_PER_LEVEL;
+            let mut at_level =
+                |level: u32, words: &mut Words<'_>| attempt(level * DIVISIONS_PER_LEVEL, words);
+            let budget = search_steps(group.ids.len(), P::LOOKS);
+            best_level(most_level, budget, words, &mut at_level)? * DIVISIONS_PER_LEVEL
+        } else {
+            most_depth
+        };
+        attempt(depth, words)?;
+        Ok(())
+    }
+
+    fn traverse<Q: Query>(
+        local: &Local<'_>,
+        ray: &RaySpan,
+        span: Span,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        const DEPTH: usize = MAX_DEPTH + 1;
+        let root = local.word(0);
+        if root == EMPTY {
+            return ControlFlow::Continue(());
+        }
+        walk_near_first::<DEPTH, _, _>((root, span), query, |link, span, query, waiting| {
+            let place = link & !LEAF;
+            if link & LEAF != 0 {
+                return local.test(place + 1, local.word(place), query);
+            }
+            let axis = local.word(place) as usize;
+            let plane = f64::from(f32::from_bits(local.word(place + 1)));
+            let (lower, upper) = (local.word(place + 2), local.word(place + 3));
+            let downwards = ray.sign_mask() >> axis & 1 == 1;
+            let (near, far) = if downwards { (upper, lower) } else { (lower, upper) };
+            let crossing = ray.crossing(axis, plane);
+            let near_to = if crossing.latest < span.to { crossing.latest } else { span.to };
+            let far_from =
+                if crossing.earliest > span.from { crossing.earliest } else { span.from };
+            let child =
+                |link: u32, span: Span| (link != EMPTY && !span.is_empty()).then_some((link, span));
+            waiting.enter(
+                child(near, Span { from: span.from, to: near_to }),
+                child(far, Span { from: far_from, to: span.to }),
+            );
+            ControlFlow::Continue(())
+        })
+    }
+
+    fn check(local: &Local<'_>) -> Option<Statistics> {
+        let place_of = |link| link & !LEAF;
+        let root = local.word(0);
+        if root == EMPTY {
+            return (local.words.len() == 1).then_some(Statistics::default());
+        }
+        let checked =
+            check_depth_first::<{ MAX_DEPTH + 2 }>(root, 1, place_of, |link, depth, links| {
+                let place = place_of(link);
+                if link & LEAF != 0 {
+                    return check_leaf(local, place);
+                }
+                let plane = f32::from_bits(local.word(place + 1));
+                if local.word(place) > 2 || !plane.is_finite() || depth as usize >= MAX_DEPTH {
+                    return None;
+                }
+                let children = [local.word(place + 2), local.word(place + 3)];
+                links.follow(children.into_iter().filter(|&link| link != EMPTY))?;
+                Some(Node::Inner { words: INNER_WORDS })
+            });
+        let (statistics, end) = checked?;
+        let deepest_level = statistics.deepest_level.div_ceil(DIVISIONS_PER_LEVEL);
+        (end as usize == local.words.len()).then_some(Statistics { deepest_level, ..statistics })
+    }
+}
+
+/// The parts of a cell.
+const LOWER: u32 = 0;
+const UPPER: u32 = 1;
+
+struct PlaneBuilder<'f, 'b, 'g, 's, 'w, P> {
+    filing: &'f mut Filing<'b, 'g, 's, 'w>,
+    model: &'f CostModel,
+    leaf_capacity: u32,
+    most_depth: u32,
+    division: PhantomData<P>,
+}
+
+impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
+    /// Appends the node of a list and returns the link to it. As deep a recursion as the tree, at most 60.
+    fn node(
+        &mut self,
+        list: List,
+        cell: Cell,
+        depth: u32,
+        most_references: u64,
+    ) -> Result<u32, BuildError> {
+        if list.is_empty() {
+            return Ok(EMPTY);
+        }
+        let node = self.filing.begin(list, &cell)?;
+        let few = list.len() <= self.leaf_capacity as usize;
+        let plane = if few || depth >= self.most_depth {
+            None
+        } else {
+            self.filing.words.spend(P::LOOKS * list.len() as u64)?;
+            let ids = self.filing.ids(list);
+            P::choose(self.filing.group, ids, &cell, depth, self.model)
+        };
+        let Some(plane) = plane else {
+            return Ok(self.filing.leaf(node));
+        };
+
+        let halves = cell.halves(plane.axis, f64::from(plane.at));
+        let sides = |triangle: &Triangle| sides_of(triangle, plane, &halves);
+        let Some(parts) = self.filing.mark(list, most_references, sides)? else {
+            return Ok(self.filing.leaf(node));
+        };
+        self.filing.words.push(plane.axis as u32);
+        self.filing.words.push(plane.at.to_bits());
+        let links = self.filing.words.push(EMPTY);
+        self.filing.words.push(EMPTY);
+        for (side, half, link_place) in [(LOWER, halves[0], links), (UPPER, halves[1], links + 1)] {
+            let part = self.filing.gather(list, side);
+            let link = self.node(part, half, depth + 1, parts.share(part))?;
+            self.filing.words.set(link_place, link);
+        }
+        Ok(node.place)
+    }
+}
+
+/// The sides of a plane on which a triangle is to be filed.
+fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Placement {
+    let bounds = triangle.bounds();
+    let (lo, hi) = match plane.axis {
+        0 => (bounds.lo.x, bounds.hi.x),
+        1 => (bounds.lo.y, bounds.hi.y),
+        _ => (bounds.lo.z, bounds.hi.z),
+    };
+    let upper = hi > plane.at;
+    let lower = !upper || lo < plane.at;
+    if !(upper && lower) {
+        return Placement { mask: if upper { 1 << UPPER } else { 1 << LOWER }, steps: 1 };
+    }
+    let [below, above] = halves;
+    let reaches = |half: &Cell| u8::from(may_overlap(triangle, half.lo, half.hi));
+    Placement { mask: reaches(below) << LOWER | reaches(above) << UPPER, steps: 3 }
+}

@@ -1,0 +1,103 @@
+//! Where to put a plane across a cell so that the estimated tests are fewest.
+//!
+//! # Source
+//! J. D. MacDonald, K. S. Booth, *Heuristics for Ray Tracing Using Space Subdivision*, 1990: a ray that
+//! meets a cell meets a part of it with the ratio of the surfaces. Binning: Wald 2007.
+
+use super::tree_cell::Cell;
+use crate::input::CostModel;
+use crate::structure::Group;
+
+/// Places tried: every 32nd of the part that triangles reach into. 16 cost 2 to 4% more tests, 64 were no better.
+const BINS: usize = 32;
+
+/// Looks at each triangle that [`best_split`] takes: one for the extent, one for the bins.
+pub(super) const SPLIT_LOOKS: u64 = 2;
+
+/// An axis of a cell with the triangles filed there.
+pub(super) struct Axis<'a> {
+    pub number: usize,
+    pub cell: &'a Cell,
+    pub group: &'a Group<'a>,
+    pub ids: &'a [u32],
+}
+
+/// A plane and what a ray through the cell is expected to cost with it.
+#[derive(Clone, Copy)]
+pub(super) struct Split {
+    pub plane: f32,
+    pub cost: f64,
+}
+
+/// The best place for a plane strictly inside the cell, if it is better than none.
+pub(super) fn best_split(axis: &Axis<'_>, model: &CostModel) -> Option<Split> {
+    let Axis { number, cell, group, ids } = *axis;
+    let (cell_lo, cell_hi) = (*cell.lo.get(number)?, *cell.hi.get(number)?);
+    let extents = || {
+        ids.iter().filter_map(|&id| group.triangles.get(id)).map(|triangle| {
+            let bounds = triangle.bounds();
+            let (lo, hi) = match number {
+                0 => (bounds.lo.x, bounds.hi.x),
+                1 => (bounds.lo.y, bounds.hi.y),
+                _ => (bounds.lo.z, bounds.hi.z),
+            };
+            (f64::from(lo), f64::from(hi))
+        })
+    };
+    // 1. The part of the cell that triangles reach into; a cell may be much larger than its contents.
+    let (mut lo, mut hi) = (cell_hi, cell_lo);
+    for (t_lo, t_hi) in extents() {
+        lo = if t_lo < lo { t_lo } else { lo };
+        hi = if t_hi > hi { t_hi } else { hi };
+    }
+    lo = if cell_lo > lo { cell_lo } else { lo };
+    hi = if cell_hi < hi { cell_hi } else { hi };
+    let width = hi - lo;
+    if width <= 0.0 {
+        return None;
+    }
+
+    // 2. Count, for each bin, the triangles that begin and that end in it.
+    let bin_of = |x: f64| (((x - lo) / width * BINS as f64) as usize).min(BINS - 1);
+    let mut begin = [0_u32; BINS];
+    let mut end = [0_u32; BINS];
+    for (t_lo, t_hi) in extents() {
+        if let Some(count) = begin.get_mut(bin_of(t_lo)) {
+            *count += 1;
+        }
+        if let Some(count) = end.get_mut(bin_of(t_hi)) {
+            *count += 1;
+        }
+    }
+
+    // 3. Sweep: below a plane lie those that began before it, above it those that end after it.
+    let whole = cell.surface_within(&group.bounds);
+    if whole <= 0.0 {
+        return None;
+    }
+    let undivided = model.intersection * ids.len() as f64;
+    let mut best = Split { plane: 0.0, cost: undivided };
+    let mut found = false;
+    let (mut below, mut above) = (0, ids.len() as u32);
+    for bin in 0..=BINS {
+        // The two ends are tried too: they cut off what is empty.
+        if bin > 0 {
+            below += begin.get(bin - 1)?;
+            above -= end.get(bin - 1)?;
+        }
+        // An `f32`, because that is what is stored; it may round onto the cell's face.
+        let plane = (lo + width * (bin as f64 / BINS as f64)) as f32;
+        let exact = f64::from(plane);
+        if !(cell_lo < exact && exact < cell_hi) {
+            continue;
+        }
+        let [low, high] = cell.halves(number, exact).map(|part| part.surface_within(&group.bounds));
+        let tests = low * f64::from(below) + high * f64::from(above);
+        let cost = model.traversal + model.intersection * tests / whole;
+        if cost < best.cost {
+            best = Split { plane, cost };
+            found = true;
+        }
+    }
+    found.then_some(best)
+}

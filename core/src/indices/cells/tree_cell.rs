@@ -1,0 +1,71 @@
+//! The cells that trees divide: closed boxes in `f64`, so that a plane between two `f32` has a place.
+
+use crate::cost::surface;
+use crate::geometry::Aabb;
+
+/// A closed cell.
+#[derive(Clone, Copy)]
+pub struct Cell {
+    pub lo: [f64; 3],
+    pub hi: [f64; 3],
+}
+
+impl Cell {
+    /// The cube at the lower corner of a box that holds it.
+    pub fn root(bounds: &Aabb) -> Self {
+        let side = bounds.extent().into_iter().fold(0.0, |a, b| if b > a { b } else { a });
+        let lo = bounds.lo.to_array().map(f64::from);
+        let hi = bounds.hi.to_array().map(f64::from);
+        // `lo + side` may round to less than `hi`.
+        let upper = |axis: usize| {
+            let (sum, hi) = (lo[axis] + side, hi[axis]);
+            if sum > hi { sum } else { hi }
+        };
+        Self { lo, hi: [upper(0), upper(1), upper(2)] }
+    }
+
+    pub fn middle(&self) -> [f64; 3] {
+        let middle = |axis: usize| (self.lo[axis] + self.hi[axis]) * 0.5;
+        [middle(0), middle(1), middle(2)]
+    }
+
+    /// The box itself.
+    pub fn of(bounds: &Aabb) -> Self {
+        Self { lo: bounds.lo.to_array().map(f64::from), hi: bounds.hi.to_array().map(f64::from) }
+    }
+
+    /// The parts below and above a plane.
+    pub fn halves(&self, axis: usize, plane: f64) -> [Self; 2] {
+        let (mut below, mut above) = (*self, *self);
+        if let (Some(hi), Some(lo)) = (below.hi.get_mut(axis), above.lo.get_mut(axis)) {
+            (*hi, *lo) = (plane, plane);
+        }
+        [below, above]
+    }
+
+    /// The part in an octant of some planes; all of an axis without one.
+    pub fn child(&self, planes: &[Option<f64>; 3], octant: u32) -> Self {
+        let mut child = *self;
+        for (axis, plane) in planes.iter().enumerate() {
+            let Some(plane) = *plane else { continue };
+            if octant >> axis & 1 == 0 {
+                child.hi[axis] = plane;
+            } else {
+                child.lo[axis] = plane;
+            }
+        }
+        child
+    }
+
+    /// Half the surface of the part inside `bounds`.
+    pub fn surface_within(&self, bounds: &Aabb) -> f64 {
+        let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
+        let side = |axis: usize| {
+            let (lo, hi) = (f64::from(lo[axis]), f64::from(hi[axis]));
+            let lo = if self.lo[axis] > lo { self.lo[axis] } else { lo };
+            let hi = if self.hi[axis] < hi { self.hi[axis] } else { hi };
+            if hi > lo { hi - lo } else { 0.0 }
+        };
+        surface([side(0), side(1), side(2)])
+    }
+}

@@ -1,0 +1,142 @@
+//! Which triangles go together.
+//!
+//! Triangles are divided in two until eight or fewer are left: a join of clusters into those that were joined,
+//! other triangles by the best plane of all axes by estimated tests. A test of up to eight triangles costs the
+//! same, so counts are rounded up to full leaves: this fills them.
+
+use arrayvec::ArrayVec;
+
+use glam::Vec4;
+
+use super::BALANCED_FROM;
+use super::binned_sah::{halve, in_equal_parts, tests};
+use super::primitive::{Item, Part};
+use crate::cluster::{ClusterNode, Clusters, MAX_TREE_DEPTH, NodeId};
+use crate::geometry::Box4;
+use crate::input::Mesh;
+
+/// A part of the triangles, and where it stands.
+#[derive(Clone, Copy)]
+pub(crate) enum Place {
+    /// A join of clusters.
+    Join(NodeId),
+    /// In a cluster, so many divisions below it.
+    Inside(Part, u32),
+}
+
+/// Divides triangles: those of a join of clusters into what was joined, others where it costs least.
+pub(crate) struct Divider<'b> {
+    nodes: &'b [ClusterNode],
+    /// The triangles below each of them.
+    counts: &'b [u32],
+}
+
+impl<'b> Divider<'b> {
+    /// Files the triangles so that each node of the cluster tree has a run of its own; `counts` is as long as
+    /// there are nodes.
+    pub fn new(
+        items: &mut [Item],
+        counts: &'b mut [u32],
+        triangles: Mesh<'_>,
+        clusters: &Clusters<'_>,
+        nodes: &'b [ClusterNode],
+    ) -> Self {
+        count_triangles(counts, clusters, nodes);
+        let divider = Self { nodes, counts };
+        divider.file(items, triangles, clusters);
+        divider
+    }
+
+    /// Where the whole stands.
+    pub fn root(&self, items: &[Item]) -> Place {
+        self.place((self.nodes.len() as u32).saturating_sub(1), items)
+    }
+
+    /// Where a node of the cluster tree stands.
+    fn place(&self, id: u32, items: &[Item]) -> Place {
+        // Leaves come first, and there is one more of them than of joins.
+        if id as usize > self.nodes.len() / 2 {
+            Place::Join(NodeId(id))
+        } else {
+            Place::Inside(Part::around(items), 0)
+        }
+    }
+
+    /// The box of a part.
+    pub fn bounds(&self, place: &Place) -> Box4 {
+        match *place {
+            Place::Inside(part, _) => part.bounds,
+            Place::Join(join) => self.bounds_of(join.0),
+        }
+    }
+
+    /// The box of a node of the cluster tree.
+    fn bounds_of(&self, id: u32) -> Box4 {
+        self.nodes.get(id as usize).map_or(Box4::at(Vec4::ZERO), |node| Box4::of(&node.bounds))
+    }
+
+    fn file(&self, items: &mut [Item], triangles: Mesh<'_>, clusters: &Clusters<'_>) {
+        let mut slots = items.iter_mut();
+        let mut stack = ArrayVec::<usize, { MAX_TREE_DEPTH + 1 }>::new();
+        let mut next = self.nodes.len().checked_sub(1);
+        while let Some(at) = next.or_else(|| stack.pop()) {
+            next = None;
+            if at < clusters.count() {
+                for (&id, slot) in clusters.get(at).iter().zip(slots.by_ref()) {
+                    let triangle = triangles.get(id).unwrap_or_default();
+                    *slot = Item::new(&triangle, id);
+                }
+            } else if let Some(node) = self.nodes.get(at) {
+                let [first, second] = self.cheaper_first(node).map(|link| link as usize);
+                let pushed = stack.try_push(second).is_ok();
+                debug_assert!(pushed, "one for each level");
+                next = Some(first);
+            }
+        }
+    }
+
+    /// What a node of the cluster tree joins: first what costs less to test.
+    fn cheaper_first(&self, node: &ClusterNode) -> [u32; 2] {
+        let cost = |link: u32| {
+            let count = self.counts.get(link as usize).map_or(0, |&count| count.cast_signed());
+            self.bounds_of(link).surface() * tests(count)
+        };
+        let [left, right] = node.links;
+        if cost(right) < cost(left) { [right, left] } else { [left, right] }
+    }
+
+    /// Sorts more than eight items into two parts, one behind the other, and returns the length of the first,
+    /// which is the one that costs less. So it gets the lower lane: where a ray enters both at once, as one
+    /// that begins in both, it is the cheaper to be asked first.
+    pub fn divide(&self, items: &mut [Item], place: &Place) -> (usize, [Place; 2]) {
+        match *place {
+            Place::Join(join) => {
+                let node = self.nodes.get(join.0 as usize);
+                let links = node.map_or([0; 2], |node| self.cheaper_first(node));
+                let length = self.counts.get(links[0] as usize).map_or(0, |&count| count as usize);
+                let (left, right) = items.split_at_checked(length).unwrap_or_default();
+                (length, [self.place(links[0], left), self.place(links[1], right)])
+            }
+            Place::Inside(ref part, depth) => {
+                let (length, parts) =
+                    if depth < BALANCED_FROM { halve(items, part) } else { in_equal_parts(items) };
+                (length, parts.map(|part| Place::Inside(part, depth + 1)))
+            }
+        }
+    }
+}
+
+/// How many triangles are below each node of the cluster tree.
+fn count_triangles(counts: &mut [u32], clusters: &Clusters<'_>, nodes: &[ClusterNode]) {
+    for at in 0..counts.len() {
+        let count = if at < clusters.count() {
+            clusters.get(at).len() as u32
+        } else {
+            let below = |link: u32| counts.get(link as usize).copied().unwrap_or(0);
+            nodes.get(at).map_or(0, |node| below(node.links[0]) + below(node.links[1]))
+        };
+        if let Some(slot) = counts.get_mut(at) {
+            *slot = count;
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Triangles while they are sorted into the tree.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use crate::geometry::{Box4, Triangle};
+
+/// A triangle while it is being sorted into the tree: its box, and in the fourth components its id, the
+/// upper 16 bits and the lower as numbers.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(transparent)]
+pub(crate) struct Item(Box4);
+
+impl Item {
+    pub fn new(triangle: &Triangle, id: u32) -> Self {
+        let Box4 { lo, hi } = Box4::of_triangle(triangle);
+        Self(Box4 { lo: lo.with_w((id >> 16) as f32), hi: hi.with_w((id & 0xffff) as f32) })
+    }
+
+    pub fn id(&self) -> u32 {
+        (self.0.lo.w as u32) << 16 | self.0.hi.w as u32
+    }
+
+    /// The smallest box around some items.
+    pub fn bounds_of(items: &[Self]) -> Box4 {
+        items.iter().fold(Box4::EMPTY, |all, item| all.union(item.0))
+    }
+
+    /// Its box.
+    pub fn bounds(&self) -> Box4 {
+        self.0
+    }
+
+    /// Twice the middle of its box; infinite beyond what numbers hold, which no plane tells apart.
+    #[inline]
+    pub fn middle(&self) -> Vec4 {
+        self.0.lo + self.0.hi
+    }
+}
+
+/// What is known of some items.
+#[derive(Clone, Copy)]
+pub(crate) struct Part {
+    pub bounds: Box4,
+    /// The box around the middles of their boxes.
+    pub middles: Box4,
+}
+
+impl Part {
+    pub fn around(items: &[Item]) -> Self {
+        let nothing = Self { bounds: Box4::EMPTY, middles: Box4::EMPTY };
+        items.iter().fold(nothing, |all, item| Self {
+            bounds: all.bounds.union(item.bounds()),
+            middles: all.middles.union(Box4::at(item.middle())),
+        })
+    }
+}

@@ -1,0 +1,107 @@
+//! The rows, as a walk reads them.
+
+use core::ops::ControlFlow;
+
+use crate::Vec3;
+use crate::geometry::Aabb;
+use crate::indices::wide::rows::{
+    EDGES_ROW, EMPTY, IDS_ROW, LANES, LINKS_ROW, Row, first_lane, leaf_at, leaf_count, node_at,
+    triangle_at,
+};
+use crate::indices::wide::simd::{LaneRay, Lanes};
+use crate::indices::wide::tree::{InLanes, Step, Tree, decide_each};
+use crate::query::{Query, TriangleId};
+
+/// The rows, and what their head says.
+#[derive(Clone, Copy)]
+pub(crate) struct WideTree<'a> {
+    pub rows: &'a [Row],
+    root: Step,
+    largest: f32,
+}
+
+impl<'a> WideTree<'a> {
+    /// The rows of some words; none where they are not whole, and nothing is to be hit.
+    #[inline]
+    pub fn of(words: &'a [u32]) -> Self {
+        let rows: &[Row] = bytemuck::try_cast_slice(words).unwrap_or(&[]);
+        let &[link, edge, largest, ..] = rows.first().unwrap_or(&[EMPTY, 0, 0, 0, 0, 0, 0, 0]);
+        let root = Step { link, edge };
+        Self { rows, root, largest: f32::from_bits(largest) }
+    }
+}
+
+impl Tree for WideTree<'_> {
+    #[inline(always)]
+    fn root(self) -> Step {
+        self.root
+    }
+
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        self.largest
+    }
+
+    fn for_each_child(
+        self,
+        link: u32,
+        mut show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Some(node) = node_at(self.rows, link) else { return ControlFlow::Continue(()) };
+        for (lane, (&link, &edge)) in node[LINKS_ROW].iter().zip(&node[EDGES_ROW]).enumerate() {
+            let number = |row: usize| f32::from_bits(node[row][lane]);
+            let lo = Vec3::new(number(0), number(2), number(4));
+            let hi = Vec3::new(number(1), number(3), number(5));
+            if link != EMPTY {
+                show(lane, Step { link, edge }, Aabb::new(lo, hi))?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {
+        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
+        let (first, count) = (first_lane(step.edge), leaf_count(step.link));
+        query.count_tests(count);
+        for lane in (first..first + count).map(|lane| lane as usize % LANES) {
+            query.decide(TriangleId(leaf[IDS_ROW][lane]), &triangle_at(leaf, lane))?;
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl<L: Lanes> InLanes<L> for WideTree<'_> {
+    #[inline(always)]
+    fn meet_node(self, link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys> {
+        Some(L::meet_boxes(node_at(self.rows, link)?, ray, last))
+    }
+
+    #[inline(always)]
+    fn child(self, link: u32, lane: usize) -> Option<Step> {
+        let node = node_at(self.rows, link)?;
+        Some(Step { link: node[LINKS_ROW][lane], edge: node[EDGES_ROW][lane] })
+    }
+
+    #[inline(always)]
+    fn test_leaf<Q: Query>(
+        self,
+        step: Step,
+        ray: &LaneRay,
+        last: f32,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
+        let count = leaf_count(step.link);
+        query.count_tests(count);
+        let edges = L::all(f32::from_bits(step.edge));
+        let lanes = ((1 << count) - 1) << first_lane(step.edge);
+        let candidates = L::meet_triangles::<Q>(leaf, ray, edges, last).of(lanes, query)?;
+        let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
+        decide_each::<L, Q>(candidates, ray, query, triangle)
+    }
+
+    #[inline(always)]
+    fn prefetch(self, link: u32) {
+        L::prefetch(self.rows, link);
+    }
+}

@@ -1,0 +1,43 @@
+//! BVH8: bounding volume hierarchies with eight children a node, tested at once by SIMD.
+//!
+//! | index | nodes | leaves | bytes a triangle |
+//! |---|---|---|---|
+//! | [`WideBvh`] | eight boxes in `f32` | hold the triangles, in eight lanes | 50 to 55 |
+//! | [`CompactBvh`] | eight boxes in 16 bits a side | hold the triangles, with a table of vertices | 25 to 30 |
+//! | [`LeanBvh`] | up to eight boxes in 16 bits a side | name the triangles, which lie elsewhere | 7.3 to 9.4 |
+//!
+//! All three are the same tree, and share its build, its traversal and its triangle tests:
+//! ```text
+//! triangles --build: binned SAH, collapsed to eight--> subtrees --full | quantised: emit--> words
+//! query --dispatch: instruction set--> traversal --tree: contract--> full | quantised: reader --simd--> query
+//! ```
+//!
+//! # Unsafe
+//! All of the crate's `unsafe` is calling functions that are compiled for instructions which the processor may not
+//! have. [`SimdLevel`](crate::SimdLevel) says that it has them only after asking it.
+//!
+//! | room | what is called | gain, instructions of a query |
+//! |---|---|---|
+//! | `dispatch` | the traversal, compiled for AVX2 or AVX-512 | see below: without it the other two cannot be inlined |
+//! | `simd/avx2` | eight boxes, eight triangles, one triangle in `f64` | about a third of the time |
+//! | `quantised/avx2` | unpacking of boxes and of triangles | |
+
+mod build;
+mod dispatch;
+mod full;
+mod quantised;
+mod rows;
+mod simd;
+mod traversal;
+mod tree;
+
+pub use full::WideBvh;
+pub use quantised::{CompactBvh, LeanBvh};
+
+use crate::input::Options;
+
+/// Bounds the scratch of all three, which have the same build; see
+/// [`Structure::scratch_bytes`](crate::structure::Structure::scratch_bytes).
+pub(crate) const fn scratch_bytes(triangle_count: usize, _: &Options) -> usize {
+    build::scratch_bytes(triangle_count)
+}

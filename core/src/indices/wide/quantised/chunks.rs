@@ -1,0 +1,289 @@
+//! The form of the compact BVH: leaves hold the triangles, over tables of the vertices that they share.
+//!
+//! ```text
+//! link:   leaf bit | word (31 bits)
+//! leaf:   one chunk or several
+//! chunk:  edge, counts | corners a, b, c: half a byte a triangle each | x.. | y.. | z.. | ids..
+//! counts: more chunks (1 bit) | vertices - 1 (4 bits) | triangles - 1 (3 bits)
+//! ```
+//! A chunk lists its vertices once, as the exact floats that they were, and a triangle says which three are its
+//! own. A chunk has no more than 16 vertices; triangles that need others come in a chunk of their own. The edge,
+//! the largest component of the triangles' edges at corner a, is kept as the upper 16 bits of a float, rounded
+//! up.
+//!
+//! The corners of eight triangles are unpacked at once. The zeros at the end of an image are as many as the
+//! largest chunk is long, so that a chunk can be read in one piece.
+
+use core::ops::ControlFlow;
+
+use arrayvec::ArrayVec;
+
+use super::reader::Packed;
+use super::views::Unpack;
+use super::{CompactBvh, Form, LEAF, NODE_WORDS, QuantisedNode};
+use crate::Vec3;
+use crate::cost::Weights;
+use crate::geometry::Triangle;
+use crate::indices::wide::rows::LANES;
+use crate::indices::wide::simd::LaneRay;
+use crate::indices::wide::tree::{decide_each, last_t};
+use crate::input::Mesh;
+use crate::memory::Words;
+use crate::query::{Query, TriangleId};
+use crate::structure::Described;
+
+/// The form of the compact BVH.
+#[derive(Clone, Copy)]
+pub enum Chunks {}
+
+const MOST_VERTICES: usize = 16;
+/// Before the vertices: the counts and the corners.
+pub(super) const CHUNK_HEAD: usize = 4;
+/// Of the largest chunk.
+pub(super) const CHUNK_WORDS: usize = CHUNK_HEAD + 3 * MOST_VERTICES + LANES;
+const MORE_CHUNKS: u32 = 1 << 7;
+/// The bits of the edge.
+const EDGE: u32 = 0xffff_0000;
+
+/// As many words as the largest chunk has, from where a chunk begins.
+pub(super) type Chunk = [u32; CHUNK_WORDS];
+
+/// The number of triangles of a chunk, 1 to 8.
+#[inline(always)]
+fn triangle_count(chunk: &Chunk) -> usize {
+    (chunk[0] & 7) as usize + 1
+}
+
+/// The number of vertices of a chunk, 1 to 16.
+#[inline(always)]
+pub(super) fn vertex_count(chunk: &Chunk) -> usize {
+    (chunk[0] >> 3 & 15) as usize + 1
+}
+
+/// The words of a chunk.
+fn chunk_length(chunk: &Chunk) -> usize {
+    CHUNK_HEAD + 3 * vertex_count(chunk) + triangle_count(chunk)
+}
+
+#[inline(always)]
+fn chunk_at(words: &[u32], place: usize) -> Option<&Chunk> {
+    words.get(place..place + CHUNK_WORDS)?.try_into().ok()
+}
+
+#[inline(always)]
+fn id_at(chunk: &Chunk, lane: usize) -> u32 {
+    let place = CHUNK_HEAD + 3 * vertex_count(chunk) + lane % LANES;
+    chunk[place % CHUNK_WORDS]
+}
+
+/// The index of a corner (0, 1, 2) in the table of vertices.
+#[inline(always)]
+pub(super) fn corner_at(chunk: &Chunk, corner: usize, lane: usize) -> usize {
+    (chunk[1 + corner % 3] >> (4 * (lane % LANES)) & 15) as usize
+}
+
+#[inline(always)]
+fn triangle_at(chunk: &Chunk, lane: usize) -> Triangle {
+    let count = vertex_count(chunk);
+    let corner = |corner: usize| {
+        let place = CHUNK_HEAD + corner_at(chunk, corner, lane);
+        // At most 4 + 15 + 32, and never as much as the chunk has.
+        let number = |axis: usize| f32::from_bits(chunk[(place + axis * count) % CHUNK_WORDS]);
+        Vec3::new(number(0), number(1), number(2))
+    };
+    Triangle::new(corner(0), corner(1), corner(2))
+}
+
+#[inline(always)]
+fn node_at(words: &[u32], link: u32) -> Option<&QuantisedNode> {
+    let place = link as usize;
+    let words: &[u32; NODE_WORDS] = words.get(place..place + NODE_WORDS)?.try_into().ok()?;
+    Some(bytemuck::must_cast_ref(words))
+}
+
+impl Described for CompactBvh {
+    const NAME: &'static str = "compact-bvh";
+    const HIERARCHY_NAME: &'static str = "compact-bvh-hierarchy";
+    const FORMAT: u32 = 10;
+    const WEIGHTS: Weights = Weights { ray: 17.4, node: 19.7, test: 8.1 }; // +-14%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 100.0, node: 11_218.0, test: 13_859.0 }; // +-1%
+}
+
+impl Form for Chunks {
+    const HOLDS_TRIANGLES: bool = true;
+    const ZEROS: usize = CHUNK_WORDS;
+    const PLACE: u32 = !LEAF;
+
+    fn write_node(node: &QuantisedNode, _: usize, place: usize, words: &mut Words<'_>) -> u32 {
+        for (place, &word) in (place..).zip(node.words()) {
+            words.set(place, word);
+        }
+        place as u32
+    }
+
+    fn node_words(_: usize) -> usize {
+        NODE_WORDS
+    }
+
+    fn node_at(words: &[u32], link: u32) -> Option<(QuantisedNode, usize)> {
+        Some((*node_at(words, link)?, NODE_WORDS))
+    }
+
+    #[inline(always)]
+    fn meet_node<L: Unpack>(words: &[u32], link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys> {
+        Some(L::meet_node(node_at(words, link)?, ray, last))
+    }
+
+    #[inline(always)]
+    fn child(words: &[u32], link: u32, lane: usize) -> Option<u32> {
+        Some(node_at(words, link)?.links[lane % LANES])
+    }
+
+    /// As few chunks as it takes with the triangles in their order.
+    fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32 {
+        let place = words.len() as u32;
+        let mut chunk = Filling::default();
+        for id in ids {
+            let triangle = triangles.get(id).unwrap_or_default();
+            if !chunk.add(&triangle, id) {
+                chunk.write(MORE_CHUNKS, words);
+                chunk = Filling::default();
+                // Three vertices fit an empty chunk.
+                let added = chunk.add(&triangle, id);
+                debug_assert!(added);
+            }
+        }
+        chunk.write(0, words);
+        LEAF | place
+    }
+
+    #[inline(always)]
+    fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()> {
+        for chunk in leaf_at(tree.words, link) {
+            query.count_tests(triangle_count(chunk) as u32);
+            for lane in 0..triangle_count(chunk) {
+                query.decide(TriangleId(id_at(chunk, lane)), &triangle_at(chunk, lane))?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn test<L: Unpack, Q: Query>(
+        tree: Packed<'_, Self>,
+        link: u32,
+        ray: &LaneRay,
+        _: f32,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        for chunk in leaf_at(tree.words, link) {
+            let count = triangle_count(chunk);
+            query.count_tests(count as u32);
+            let (leaf, edges) = (L::unpack(chunk), L::all(f32::from_bits(chunk[0] & EDGE)));
+            let last = last_t(query);
+            let candidates = L::meet_triangles::<Q>(&leaf, ray, edges, last);
+            let candidates = candidates.of((1 << count) - 1, query)?;
+            let triangle = |lane| (TriangleId(id_at(chunk, lane)), triangle_at(chunk, lane));
+            decide_each::<L, Q>(candidates, ray, query, triangle)?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {
+        let place = (link & Self::PLACE) as usize;
+        let (mut end, mut count) = (place, 0);
+        loop {
+            let chunk = chunk_at(words, end)?;
+            check_chunk(chunk, triangle_count)?;
+            count += self::triangle_count(chunk) as u32;
+            end += chunk_length(chunk);
+            if chunk[0] & MORE_CHUNKS == 0 {
+                return Some((end - place, count));
+            }
+        }
+    }
+}
+
+/// The chunks of a leaf; none for the link of an unused lane, which leads past the end.
+#[inline(always)]
+fn leaf_at(words: &[u32], link: u32) -> impl Iterator<Item = &Chunk> {
+    let mut next = Some((link & Chunks::PLACE) as usize);
+    core::iter::from_fn(move || {
+        let place = next?;
+        let chunk = chunk_at(words, place)?;
+        next = (chunk[0] & MORE_CHUNKS != 0).then(|| place + chunk_length(chunk));
+        Some(chunk)
+    })
+}
+
+/// Ids are known, corners are in the table, and triangles are finite.
+fn check_chunk(chunk: &Chunk, triangle_count: u32) -> Option<()> {
+    let vertices = vertex_count(chunk);
+    for lane in 0..self::triangle_count(chunk) {
+        let inside = (0..3).all(|corner| corner_at(chunk, corner, lane) < vertices);
+        let known = id_at(chunk, lane) < triangle_count;
+        if !inside || !known || !triangle_at(chunk, lane).is_finite() {
+            return None;
+        }
+    }
+    Some(())
+}
+
+/// A chunk that is being filled.
+#[derive(Default)]
+struct Filling {
+    longest: f32,
+    /// See the module's documentation.
+    corners: [u32; CHUNK_HEAD - 1],
+    /// Their bits, so that each comes back as it was, zeros too.
+    vertices: ArrayVec<[u32; 3], MOST_VERTICES>,
+    ids: ArrayVec<u32, LANES>,
+}
+
+impl Filling {
+    /// Adds a triangle, if its vertices fit.
+    fn add(&mut self, triangle: &Triangle, id: u32) -> bool {
+        let Self { longest, corners, vertices, ids } = self;
+        let known = vertices.len();
+        let lane = ids.len();
+        for (corner, word) in [triangle.a, triangle.b, triangle.c].iter().zip(corners.iter_mut()) {
+            let bits = corner.to_array().map(f32::to_bits);
+            let place = vertices.iter().position(|vertex| *vertex == bits);
+            let place = place.unwrap_or_else(|| vertices.len());
+            if place == vertices.len() && vertices.try_push(bits).is_err() {
+                vertices.truncate(known);
+                // The corners of this lane are those of the chunk that follows.
+                for word in corners {
+                    *word &= !(15 << (4 * (lane % LANES)));
+                }
+                return false;
+            }
+            *word |= (place as u32) << (4 * (lane % LANES));
+        }
+        for edge in [triangle.b - triangle.a, triangle.c - triangle.a] {
+            for length in edge.abs().to_array() {
+                *longest = if length > *longest { length } else { *longest };
+            }
+        }
+        ids.try_push(id).is_ok()
+    }
+
+    /// The edge, rounded up to the bits that there are for it.
+    fn edge(&self) -> u32 {
+        self.longest.to_bits().saturating_add(!EDGE) & EDGE
+    }
+
+    /// Appends the chunk.
+    fn write(&self, more: u32, words: &mut Words<'_>) {
+        let vertices = (self.vertices.len() as u32).saturating_sub(1);
+        let triangles = (self.ids.len() as u32).saturating_sub(1);
+        words.push(self.edge() | more | vertices << 3 | triangles);
+        words.extend(&self.corners);
+        for axis in 0..3 {
+            for vertex in &self.vertices {
+                words.push(vertex[axis]);
+            }
+        }
+        words.extend(&self.ids);
+    }
+}

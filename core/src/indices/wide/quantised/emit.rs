@@ -1,0 +1,77 @@
+//! From the sorted triangles of the wide BVH's first pass to nodes and leaves.
+
+use core::marker::PhantomData;
+
+use arrayvec::ArrayVec;
+
+use super::{Form, HEAD_WORDS, QuantisedNode, most_words};
+use crate::error::BuildError;
+use crate::geometry::{Aabb, Box4};
+use crate::indices::wide::build::collapse::Subtree;
+use crate::indices::wide::build::primitive::Item;
+use crate::indices::wide::build::sort;
+use crate::indices::wide::rows::LANES;
+use crate::input::{Executor, Mesh};
+use crate::memory::Words;
+use crate::structure::DividedScene;
+
+pub(super) fn build<F: Form>(
+    mut division: DividedScene<'_>,
+    words: &mut Words<'_>,
+    scratch: &mut [u8],
+    executor: &impl Executor,
+) -> Result<(), BuildError> {
+    let triangles = division.triangles;
+    if triangles.is_empty() {
+        return Ok(());
+    }
+    let sorted = sort(&division, words, scratch, executor)?;
+    let head = words.len();
+    words.extend(&[0; HEAD_WORDS]);
+    let (link, _) =
+        Encoder::<F> { triangles, words: &mut *words, leaves: PhantomData }.subtree(sorted.root);
+    words.set(head, link);
+    words.set(head + 1, sorted.largest.to_bits());
+    for _ in 0..F::ZEROS {
+        words.push(0);
+    }
+    if words.len() > most_words::<F>() {
+        return Err(BuildError::TooLarge);
+    }
+    division.first_owns(words.len());
+    Ok(())
+}
+
+struct Encoder<'e, 'w, F> {
+    triangles: Mesh<'e>,
+    words: &'e mut Words<'w>,
+    leaves: PhantomData<F>,
+}
+
+impl<F: Form> Encoder<'_, '_, F> {
+    /// Appends a subtree, and returns the link to it and its box. As deep a recursion as the tree.
+    fn subtree(&mut self, subtree: Subtree<'_>) -> (u32, Box4) {
+        let children = subtree.children();
+        if children.is_empty() {
+            let items = subtree.items;
+            let link = F::write(self.triangles, items.iter().map(Item::id), self.words);
+            return (link, Item::bounds_of(items));
+        }
+        // A node comes before its children, and knows their boxes after them.
+        let place = self.words.reserve(F::node_words(children.len()));
+        let mut bounds = Box4::EMPTY;
+        let mut links = ArrayVec::<u32, LANES>::new();
+        let mut boxes = ArrayVec::<Aabb, LANES>::new();
+        for child in &children {
+            let (link, child) = self.subtree(*child);
+            bounds = bounds.union(child);
+            let pushed = links.try_push(link).is_ok() && boxes.try_push(child.aabb()).is_ok();
+            debug_assert!(pushed, "a node has eight lanes");
+        }
+        let mut node = QuantisedNode::of(&boxes);
+        for (slot, &link) in node.links.iter_mut().zip(&links) {
+            *slot = link;
+        }
+        (F::write_node(&node, children.len(), place, self.words), bounds)
+    }
+}

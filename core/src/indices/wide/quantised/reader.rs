@@ -1,0 +1,89 @@
+//! The words, as a walk reads them; the walk is that of the wide BVH.
+
+use core::marker::PhantomData;
+use core::ops::ControlFlow;
+
+use super::views::Unpack;
+use super::{EMPTY, Form};
+use crate::geometry::Aabb;
+use crate::indices::wide::simd::LaneRay;
+use crate::indices::wide::tree::{InLanes, Step, Tree};
+use crate::input::Mesh;
+use crate::query::Query;
+use crate::structure::Sections;
+
+/// The words of an image, and the triangles that they name, if they do not hold them.
+#[derive(Clone, Copy)]
+pub(super) struct Packed<'a, F> {
+    pub words: &'a [u32],
+    /// For its triangles. By reference: as part of this, a mesh would be copied at every leaf.
+    sections: &'a Sections<'a>,
+    leaves: PhantomData<F>,
+}
+
+impl<'a, F> Packed<'a, F> {
+    #[inline]
+    pub fn of(sections: &'a Sections<'a>) -> Self {
+        Self { words: sections.words(), sections, leaves: PhantomData }
+    }
+
+    #[inline(always)]
+    pub fn triangles(&self) -> &'a Mesh<'a> {
+        self.sections.mesh()
+    }
+}
+
+impl<F: Form> Tree for Packed<'_, F> {
+    #[inline(always)]
+    fn root(self) -> Step {
+        Step { link: self.words.first().copied().unwrap_or(EMPTY), edge: 0 }
+    }
+
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        self.words.get(1).map_or(0.0, |&bits| f32::from_bits(bits))
+    }
+
+    fn for_each_child(
+        self,
+        link: u32,
+        mut show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Some((node, _)) = F::node_at(self.words, link) else {
+            return ControlFlow::Continue(());
+        };
+        for (lane, &link) in node.links.iter().enumerate() {
+            if link != EMPTY {
+                show(lane, Step { link, edge: 0 }, node.bounds(lane))?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {
+        F::decide(self, step.link, query)
+    }
+}
+
+impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
+    #[inline(always)]
+    fn meet_node(self, link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys> {
+        F::meet_node::<L>(self.words, link, ray, last)
+    }
+
+    #[inline(always)]
+    fn child(self, link: u32, lane: usize) -> Option<Step> {
+        Some(Step { link: F::child(self.words, link, lane)?, edge: 0 })
+    }
+
+    #[inline(always)]
+    fn test_leaf<Q: Query>(
+        self,
+        step: Step,
+        ray: &LaneRay,
+        last: f32,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        F::test::<L, Q>(self, step.link, ray, last, query)
+    }
+}

@@ -1,0 +1,112 @@
+//! Unpacking, eight at once; what is unpacked is tested as in the wide BVH.
+
+use super::{CHUNK_HEAD, CHUNK_WORDS, Chunk, QuantisedNode, corner_at, vertex_count};
+use crate::geometry::Triangle;
+use crate::indices::wide::rows::{LANES, Leaf, Row, set_triangle};
+use crate::indices::wide::simd::portable::{Eight, meet_planes};
+use crate::indices::wide::simd::{Candidates, FAR, LaneRay, Lanes, Portable};
+use crate::input::Mesh;
+use crate::query::Query;
+
+/// A node without its links, as it is written down. In unused lanes lies what comes next.
+pub(super) struct FewBoxes<'w> {
+    pub anchor: &'w [f32; 3],
+    pub step: &'w [f32; 3],
+    /// Of each axis the lower planes, in the lower halves of the words, and the upper.
+    pub sides: [&'w Row; 3],
+    pub last_lane: usize,
+}
+
+/// The triangles of a leaf, by id.
+pub(super) struct Known<'a> {
+    pub triangles: &'a Mesh<'a>,
+    pub ids: &'a Row,
+    pub last_lane: usize,
+}
+
+impl<'a> Known<'a> {
+    #[inline(always)]
+    pub fn triangle(&self, id: u32) -> Triangle {
+        self.triangles.get(id).unwrap_or_default()
+    }
+}
+
+/// Lanes that can read nodes and leaves.
+pub(super) trait Unpack: Lanes {
+    /// As [`Lanes::meet_boxes`].
+    fn meet_node(node: &QuantisedNode, ray: &LaneRay, last: f32) -> Self::Keys;
+
+    /// The corners of a chunk's triangles; of unused lanes, anything. No ids.
+    fn unpack(chunk: &Chunk) -> Leaf;
+
+    /// As [`Lanes::meet_boxes`], for as many lanes as there are boxes.
+    fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys;
+
+    /// As [`Lanes::meet_triangles`], in the lanes up to the last that is used.
+    fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates;
+}
+
+/// With all bits set in lanes behind the last that is used, whose number is the place.
+pub(super) const UNUSED: [[u16; LANES]; LANES] = {
+    let mut masks = [[FAR; LANES]; LANES];
+    let mut last = 0;
+    while last < LANES {
+        let mut lane = 0;
+        while lane <= last {
+            masks[last][lane] = 0;
+            lane += 1;
+        }
+        last += 1;
+    }
+    masks
+};
+
+impl Unpack for Portable {
+    #[inline(always)]
+    fn meet_node(node: &QuantisedNode, ray: &LaneRay, last: f32) -> Self::Keys {
+        let (anchor, step) = (node.anchor.map(Eight::all), node.step.map(Eight::all));
+        meet_planes(ray, last, |axis| {
+            ray.sides(axis).map(|side| {
+                let quantum = |lane| f32::from(node.quantum(axis, side, lane)).to_bits();
+                Eight::of(&core::array::from_fn(quantum)) * step[axis % 3] + anchor[axis % 3]
+            })
+        })
+    }
+
+    #[inline(always)]
+    fn unpack(chunk: &Chunk) -> Leaf {
+        let mut leaf = Leaf::default();
+        let count = vertex_count(chunk);
+        for (row, numbers) in leaf.iter_mut().enumerate().take(9) {
+            let (corner, axis) = (row / 3, row % 3);
+            for (lane, number) in numbers.iter_mut().enumerate() {
+                let place = CHUNK_HEAD + corner_at(chunk, corner, lane) + axis * count;
+                *number = chunk[place % CHUNK_WORDS];
+            }
+        }
+        leaf
+    }
+
+    #[inline(always)]
+    fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys {
+        let (anchor, step) = (boxes.anchor.map(Eight::all), boxes.step.map(Eight::all));
+        let keys = meet_planes(ray, last, |axis| {
+            ray.sides(axis).map(|side| {
+                let quantum = |sides: u32| f32::from((sides >> (16 * side)) as u16).to_bits();
+                let quanta = Eight::of(&boxes.sides[axis % 3].map(quantum));
+                quanta * step[axis % 3] + anchor[axis % 3]
+            })
+        });
+        let beyond = UNUSED[boxes.last_lane % LANES];
+        core::array::from_fn(|lane| keys[lane] | beyond[lane])
+    }
+
+    #[inline(always)]
+    fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates {
+        let mut leaf = Leaf::default();
+        for (lane, &id) in known.ids.iter().enumerate().take(known.last_lane + 1) {
+            set_triangle(&mut leaf, lane, &known.triangle(id));
+        }
+        Self::meet_triangles::<Q>(&leaf, ray, Self::edges(&leaf), last)
+    }
+}

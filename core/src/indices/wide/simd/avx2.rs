@@ -1,0 +1,352 @@
+//! The lanes in AVX2: eight in one register.
+//!
+//! The same operations in the same order as `lanes`, which the compiler turns into much longer code; and a
+//! filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the kernel's own.
+//! The only `unsafe` of this crate is here, in `avx512` and in the compact BVH's `avx2`: calling functions
+//! compiled for instructions that the processor may not have. [`SimdLevel`](crate::SimdLevel) can say that it has
+//! them only after asking it. Worth about a third of the time of a query.
+#![allow(unsafe_code)]
+
+use core::arch::x86_64::{
+    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps, _mm_cmpeq_ps,
+    _mm_cvtsi128_si32, _mm_minpos_epu16, _mm_movemask_ps, _mm_or_si128, _mm_packus_epi32,
+    _mm_prefetch, _mm_set_ps, _mm_set1_ps, _mm_test_all_ones, _mm256_add_pd, _mm256_add_ps,
+    _mm256_and_ps, _mm256_andnot_pd, _mm256_andnot_ps, _mm256_blend_pd, _mm256_castps_si256,
+    _mm256_castsi256_si128, _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cvtpd_ps, _mm256_cvtps_pd,
+    _mm256_extracti128_si256, _mm256_hadd_pd, _mm256_max_pd, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps,
+    _mm256_permute_pd, _mm256_permute2f128_pd, _mm256_permute4x64_pd, _mm256_set_pd,
+    _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
+};
+
+use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
+use crate::Vec3;
+use crate::geometry::Triangle;
+use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamped};
+use crate::indices::wide::rows::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
+use crate::query::Query;
+
+/// The lanes of walks compiled for AVX2, or for more.
+pub(crate) enum Avx2 {}
+
+impl Lanes for Avx2 {
+    type Keys = __m128i;
+    type Numbers = __m256;
+
+    #[inline(always)]
+    fn all(number: f32) -> __m256 {
+        // SAFETY: see `meet_boxes`.
+        unsafe { all(number) }
+    }
+
+    #[inline(always)]
+    fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
+        // SAFETY: only functions compiled for AVX2, or for AVX-512, which has it, walk with these lanes; so below.
+        unsafe { meet_boxes(node, ray, last) }
+    }
+
+    // Without it, a batch over more triangles than the cache holds waits for them.
+    #[inline(always)]
+    fn prefetch(rows: &[Row], link: u32) {
+        let node = rows.as_ptr().wrapping_add((link & ROW_MASK) as usize);
+        for line in 0..NODE_ROWS as usize / 2 {
+            // SAFETY: a prefetch does not access memory, wherever it points, and every processor with AVX2
+            // has it.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(node.wrapping_add(2 * line).cast()) };
+        }
+    }
+
+    #[inline(always)]
+    fn nearest(keys: __m128i) -> (u16, usize) {
+        // SAFETY: see `meet_boxes`.
+        let nearest = unsafe { nearest(keys) };
+        (nearest as u16, (nearest >> 16 & 7) as usize)
+    }
+
+    #[inline(always)]
+    fn any(keys: __m128i) -> bool {
+        // SAFETY: see `meet_boxes`.
+        unsafe { any(keys) }
+    }
+
+    #[inline(always)]
+    fn without(keys: __m128i, lane: usize) -> __m128i {
+        // SAFETY: see `meet_boxes`.
+        unsafe { without(keys, lane) }
+    }
+
+    #[inline(always)]
+    fn edges(leaf: &Leaf) -> __m256 {
+        // SAFETY: see `meet_boxes`.
+        unsafe { edges(leaf) }
+    }
+
+    #[inline(always)]
+    fn meet_triangles<Q: Query>(
+        leaf: &Leaf,
+        ray: &LaneRay,
+        edges: __m256,
+        last: f32,
+    ) -> Candidates {
+        // SAFETY: see `meet_boxes`.
+        unsafe { meet_triangles::<Q>(leaf, ray, edges, last) }
+    }
+
+    #[inline(always)]
+    fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
+        // SAFETY: see `meet_boxes`.
+        unsafe { judge(triangle, ray, last) }
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn all(number: f32) -> __m256 {
+    _mm256_set1_ps(number)
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn load(row: &Row) -> __m256 {
+    bytemuck::must_cast(*row)
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
+    // Without `map`: what that is given is not always inlined where the walk is compiled for more than AVX2.
+    meet_planes(ray, last, |axis| {
+        let ([near, far], sides) = (ray.sides(axis), &sides_of(node)[axis]);
+        [load(&sides[near]), load(&sides[far])]
+    })
+}
+
+/// As `lanes::meet_planes`.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(crate) fn meet_planes(
+    ray: &LaneRay,
+    last: f32,
+    planes: impl Fn(usize) -> [__m256; 2],
+) -> __m128i {
+    let mut entry = _mm256_set1_ps(ray.t_min);
+    let mut exit = _mm256_set1_ps(last);
+    for axis in 0..3 {
+        let origin = _mm256_set1_ps(ray.origin[axis]);
+        let (enter, leave) = (_mm256_set1_ps(ray.enter[axis]), _mm256_set1_ps(ray.leave[axis]));
+        let [near, far] = planes(axis);
+        // Of a NaN and a number, these return the second operand.
+        entry = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(origin, near), enter), entry);
+        exit = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(origin, far), leave), exit);
+    }
+    let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
+    let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);
+    // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
+    let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
+    let keys: __m256i = _mm256_srli_epi32::<16>(keys);
+    _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
+}
+
+/// The lowest key in the lower half, its lane in the upper.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn nearest(keys: __m128i) -> u32 {
+    _mm_cvtsi128_si32(_mm_minpos_epu16(keys)) as u32
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn any(keys: __m128i) -> bool {
+    const { assert!(FAR == u16::MAX) };
+    _mm_test_all_ones(keys) == 0
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn without(keys: __m128i, lane: usize) -> __m128i {
+    const MASKS: [[u16; LANES]; LANES] = {
+        let mut masks = [[0; LANES]; LANES];
+        let mut lane = 0;
+        while lane < LANES {
+            masks[lane][lane] = FAR;
+            lane += 1;
+        }
+        masks
+    };
+    _mm_or_si128(keys, bytemuck::must_cast(MASKS[lane % LANES]))
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn edges(leaf: &Leaf) -> __m256 {
+    let length = |at: usize| {
+        let edge = _mm256_sub_ps(load(&leaf[at]), load(&leaf[at % 3]));
+        _mm256_andnot_ps(all(-0.0), edge)
+    };
+    (4..9).fold(length(3), |longest, at| _mm256_max_ps(longest, length(at)))
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Candidates {
+    let sign = all(-0.0);
+    let negated = |x| _mm256_xor_ps(sign, x);
+    let abs = |x| _mm256_andnot_ps(sign, x);
+    let plus = |x, y| _mm256_add_ps(x, y);
+    let less = |x, y| _mm256_sub_ps(x, y);
+    let times = |x, y| _mm256_mul_ps(x, y);
+    let and = |x, y| _mm256_and_ps(x, y);
+    let bits = |mask| _mm256_movemask_ps(mask) as u32;
+    let dot = |a: [__m256; 3], b: [__m256; 3]| {
+        plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
+    };
+    let cross = |a: [__m256; 3], b: [__m256; 3]| {
+        let minor = |i: usize, j: usize| less(times(a[i], b[j]), times(a[j], b[i]));
+        [minor(1, 2), minor(2, 0), minor(0, 1)]
+    };
+    let minus =
+        |a: [__m256; 3], b: [__m256; 3]| [less(a[0], b[0]), less(a[1], b[1]), less(a[2], b[2])];
+    let below = |x, y| _mm256_cmp_ps::<_CMP_LT_OQ>(x, y);
+    let above = |x, y| _mm256_cmp_ps::<_CMP_GT_OQ>(x, y);
+    let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
+
+    let p = corner(0);
+    let d = [0, 1, 2].map(|axis| all(ray.direction[axis]));
+    let a = minus(p, [0, 1, 2].map(|axis| all(ray.origin[axis])));
+    let e1 = minus(corner(3), p);
+    let e2 = minus(corner(6), p);
+    let n = cross(e1, e2);
+    let q = cross(d, a);
+    let det = dot(d, n);
+    let t = dot(a, n);
+    let u = negated(dot(e2, q));
+    let v = dot(e1, q);
+    let w = less(less(det, u), v);
+
+    let a = _mm256_max_ps(abs(a[0]), _mm256_max_ps(abs(a[1]), abs(a[2])));
+    let underflow = all(ray.underflow());
+    let sum = times(all(SUM * ray.reach), edges);
+    let margin = plus(times(sum, plus(edges, plus(a, a))), underflow);
+    let lowest = _mm256_min_ps(_mm256_min_ps(u, v), w);
+    let highest = _mm256_max_ps(_mm256_max_ps(u, v), w);
+    let mixed = and(below(lowest, negated(margin)), above(highest, margin));
+
+    let size = abs(det);
+    let along = _mm256_xor_ps(t, and(det, sign));
+    let doubt = times(times(all(DISTANCE), edges), edges);
+    let wider = times(doubt, all(ray.reach));
+    let slack = plus(times(doubt, a), underflow);
+    let (most, least) = (plus(along, slack), less(along, slack));
+    let (largest, smallest) = (plus(size, wider), less(size, wider));
+    let late = above(least, times(all(last + ROUNDED), largest));
+    let early = below(most, times(all(ray.t_min - ROUNDED), smallest));
+    let certain = above(size, plus(wider, underflow));
+    let missed = _mm256_or_ps(mixed, and(certain, _mm256_or_ps(late, early)));
+    let mut sure = 0;
+    if Q::ANY {
+        let alike = _mm256_or_ps(above(lowest, margin), below(highest, negated(margin)));
+        let before_last = below(most, times(all(last), smallest));
+        let behind_first = above(least, times(all(ray.t_min), largest));
+        sure = bits(and(and(alike, certain), and(before_last, behind_first)));
+    }
+    Candidates { any: !bits(missed), sure }
+}
+
+/// The kernel's filter in four lanes of `f64`: `det` times 1, `t`, `u` and `v`, with the kernel's bounds. What
+/// it leaves in doubt, the kernel decides; so nothing depends on where doubt begins.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
+    const R: f64 = f64::EPSILON / 2.0;
+    const DET_U_V: i32 = 0b1101;
+    let wide = |four: [f32; 4]| _mm256_cvtps_pd(bytemuck::must_cast(four));
+    let corner = |corner: Vec3| _mm256_cvtps_pd(_mm_set_ps(0.0, corner.z, corner.y, corner.x));
+    let all = |x: f64| _mm256_set1_pd(x);
+    let plus = |x, y| _mm256_add_pd(x, y);
+    let less = |x, y| _mm256_sub_pd(x, y);
+    let times = |x, y| _mm256_mul_pd(x, y);
+    let abs = |x| _mm256_andnot_pd(all(-0.0), x);
+    // y, z, x
+    let turned = |x| _mm256_permute4x64_pd::<0b11_00_10_01>(x);
+    let cross = |p, q| turned(less(times(p, turned(q)), times(turned(p), q)));
+
+    let p = corner(triangle.a);
+    let d = wide(ray.direction);
+    let a = less(p, wide(ray.origin));
+    let e1 = less(corner(triangle.b), p);
+    let e2 = less(corner(triangle.c), p);
+    let n = cross(e1, e2);
+    let q = cross(a, d);
+    // As q is turned about, u = e2 . q and v = -e1 . q.
+    let det_t = _mm256_hadd_pd(times(d, n), times(a, n));
+    let u_v = _mm256_hadd_pd(times(e2, q), times(less(all(0.0), e1), q));
+    let values = plus(
+        _mm256_permute2f128_pd::<0x20>(det_t, u_v),
+        _mm256_permute2f128_pd::<0x31>(det_t, u_v),
+    );
+
+    // The largest components of a, twice, and of the edges, twice.
+    let (size, edge) = (abs(a), _mm256_max_pd(abs(e1), abs(e2)));
+    let largest = _mm256_max_pd(
+        _mm256_permute2f128_pd::<0x20>(size, edge),
+        _mm256_permute2f128_pd::<0x31>(size, edge),
+    );
+    let largest = _mm256_max_pd(largest, _mm256_permute_pd::<0b0101>(largest));
+    let size = _mm256_permute4x64_pd::<0b00_00_00_00>(largest);
+    let edge = _mm256_permute4x64_pd::<0b10_10_10_10>(largest);
+    let reach = all(f64::from(ray.reach));
+    // 48 R D E E, 56 R S E E, 48 R D E S, 48 R D E S
+    let errors = times(
+        times(_mm256_blend_pd::<0b1110>(edge, size), _mm256_blend_pd::<0b0010>(reach, edge)),
+        times(edge, _mm256_set_pd(48.0 * R, 48.0 * R, 56.0 * R, 48.0 * R)),
+    );
+
+    // The signs of det, u and v, and that of w.
+    let enough = times(errors, _mm256_set_pd(1.0, 1.0, 1.0, 1e4));
+    let certain = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(abs(values), enough));
+    let signs = _mm256_movemask_pd(values) & DET_U_V;
+    let [det, _, u, v]: [f64; 4] = bytemuck::must_cast(values);
+    let [edge, _, size, _]: [f64; 4] = bytemuck::must_cast(_mm256_blend_pd::<0b1100>(edge, size));
+    let w = det - u - v;
+    let w_error = 64.0 * R * f64::from(ray.reach) * edge * (edge + 2.0 * size);
+    if certain & DET_U_V != DET_U_V || w.abs() <= w_error {
+        if edge == 0.0 {
+            return Verdict::Missed;
+        }
+        let errors: [f64; 4] = bytemuck::must_cast(errors);
+        let values: [f64; 4] = bytemuck::must_cast(values);
+        let volume = |lane: usize| Approximate { value: values[lane], error: errors[lane] };
+        return Verdict::Doubtful(Volumes {
+            det: volume(0),
+            t: volume(1),
+            u: volume(2),
+            v: volume(3),
+            w: Approximate { value: w, error: w_error },
+        });
+    }
+    if !(signs == 0 && w > 0.0 || signs == DET_U_V && w < 0.0) {
+        return Verdict::Missed;
+    }
+
+    // The quotients: see the kernel's `Divisor`.
+    let inverse = all(1.0 / det);
+    let quotients = times(values, inverse);
+    let sizes = abs(quotients);
+    let det_error = _mm256_permute4x64_pd::<0>(errors);
+    let error = plus(
+        times(plus(errors, times(sizes, det_error)), times(abs(inverse), all(1.001))),
+        times(sizes, all(4.0 * f64::EPSILON)),
+    );
+    let low = _mm256_cvtpd_ps(less(quotients, error));
+    let high = _mm256_cvtpd_ps(plus(quotients, error));
+    let same = _mm_movemask_ps(_mm_cmpeq_ps(low, high));
+    let [_, t, u, v]: [f32; 4] = bytemuck::must_cast(_mm_add_ps(low, _mm_set1_ps(0.0)));
+    let [_, high, ..]: [f32; 4] = bytemuck::must_cast(high);
+    if high < ray.t_min || t > last {
+        return Verdict::Missed;
+    }
+    if same & 0b1110 != 0b1110 || !t.is_finite() {
+        return Verdict::InDoubt;
+    }
+    Verdict::Hit(Intersection { t, u, v: clamped(u, v) })
+}

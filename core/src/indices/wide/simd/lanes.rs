@@ -1,0 +1,235 @@
+//! Eight boxes, or eight triangles, against one ray, in `f32`.
+//!
+//! `portable` in two vectors of four; `avx2` has the same operations in the same order in one of eight, for AVX-512
+//! too. Nothing here decides a hit; margins keep whatever is in doubt.
+//!
+//! # Which rays
+//! `t_min >= 0`, coordinates of the origin and of the scene at most 2^28, and components of the direction
+//! 0 or between 2^-40 and 2^40; others take the `f64` way. So nothing overflows: a volume is below
+//! `6 * 2^29 * 2^29 * 2^40 < 2^101`.
+//!
+//! # Boxes
+//! With `u = 2^-24`: `(o - plane) * factor` has four roundings: the difference, the inverse of the direction,
+//! its scaling, the product; so it is off by less than `(1 + u)^4`, and by 2^-149 where it underflows. The
+//! factors of entries are scaled by `1 - 2^-21` and those of exits by `1 + 2^-21`, so a positive entry is never
+//! late and a positive exit never early; 2^-120 is added to the exit for the underflows and for hits that round
+//! up to 0. A negative entry counts as `t_min`, a negative exit means that the box lies behind. A hit that
+//! rounds to `t_min` or to the last `t` lies within half an ulp of it, which the factors cover too. A ray
+//! in a plane gives 0 * inf = NaN, which the comparisons ignore.
+//!
+//! # Triangles
+//! The `f32` filter of `geometry::kernel`, with the same bounds; and, where `t` times `det` is surely
+//! beyond the last `t` times `det`, or surely before `t_min`, that too. The error of `det * t` is at
+//! most `56 u S E^2`; that of `last * det` is `48 u last D E^2`, and as `det` is at most `6 D E^2`, `6 u
+//! last D E^2` for each of: the product, the sum with the margin, the rounding of the reported `t`. 80
+//! covers either, and `ROUNDED` the rounding of the smallest. Beyond the same margins on the other side, a triangle
+//! is surely hit.
+
+use core::ops::ControlFlow;
+
+use glam::Vec4;
+
+use crate::geometry::kernel::Verdict;
+use crate::geometry::{Ray, Triangle};
+use crate::indices::wide::rows::{Leaf, Node, Row};
+use crate::query::Query;
+
+/// A ray prepared for lanes. Three components and a fourth, which is 0 in the first two, because four are read
+/// and written at once.
+#[derive(Clone, Copy)]
+pub(crate) struct LaneRay {
+    pub origin: [f32; 4],
+    pub direction: [f32; 4],
+    /// The inverse of the direction with the sign changed, and a little less or more: what turns the
+    /// distance from a plane to the origin into where the ray enters and leaves.
+    pub enter: [f32; 4],
+    pub leave: [f32; 4],
+    /// Where the direction is negative, twos, else zeros: as the order of the bytes of a word, which has the lower
+    /// side of a box in its lower half, what brings there the side by which the ray enters.
+    #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+    pub swap: [u32; 4],
+    /// The largest component of the direction.
+    pub reach: f32,
+    pub t_min: f32,
+}
+
+const MOST_COORDINATE: f32 = 268_435_456.0; // 2^28
+/// How much later or earlier than computed a plane may be crossed, relatively.
+const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
+const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
+const LEAST_DIRECTION: f32 = 9.094_947e-13; // 2^-40
+const MOST_DIRECTION: f32 = 1.099_511_6e12; // 2^40
+pub(crate) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
+
+/// Half an ulp of 1.
+const R: f32 = f32::EPSILON / 2.0;
+pub(crate) const SUM: f32 = 64.0 * R;
+pub(crate) const DISTANCE: f32 = 80.0 * R;
+/// How far before `t_min` or behind the last `t` another may lie and be rounded to it, where they are so small that
+/// the relative bounds do not cover that. 2^-150 would be enough, and slow: it is no normal number.
+pub(crate) const ROUNDED: f32 = 8.271_806e-25; // 2^-80
+
+/// Arithmetic for the walk of a ray through a tree.
+pub(crate) enum Way {
+    /// Lanes of `f32`.
+    Lanes(LaneRay),
+    /// Single boxes and triangles in `f64`, because the bounds of lanes do not hold.
+    F64,
+    /// None: the ray hits nothing of the tree.
+    Missed,
+}
+
+impl Way {
+    /// Prepares a ray for a scene whose largest coordinate is given. `may_hit` is called only for a ray with a
+    /// component that is 0.
+    #[inline(always)]
+    pub fn of(ray: &Ray, largest_coordinate: f32, may_hit: impl FnOnce() -> bool) -> Self {
+        const COMPONENTS: u32 = 0b0111;
+        let (origin, direction) = (ray.origin().extend(0.0), ray.direction().extend(0.0));
+        let sizes = direction.abs();
+        let large_enough = sizes.cmpge(Vec4::splat(LEAST_DIRECTION)).bitmask();
+        let small_enough = sizes.cmple(Vec4::splat(MOST_DIRECTION))
+            & origin.abs().cmple(Vec4::splat(MOST_COORDINATE));
+        let tame =
+            small_enough.all() && largest_coordinate <= MOST_COORDINATE && ray.t_min() >= 0.0;
+        if !tame {
+            return Self::F64;
+        }
+        if large_enough != COMPONENTS {
+            let zero = sizes.cmpeq(Vec4::ZERO).bitmask();
+            if (large_enough | zero) & COMPONENTS != COMPONENTS {
+                return Self::F64;
+            }
+            if !may_hit() {
+                return Self::Missed;
+            }
+        }
+        let inverse = Vec4::NEG_ONE / direction;
+        Self::Lanes(LaneRay {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            enter: (inverse * EARLIER).to_array(),
+            leave: (inverse * LATER).to_array(),
+            #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+            swap: bytemuck::must_cast(Vec4::select(
+                inverse.cmpgt(Vec4::ZERO),
+                Vec4::splat(f32::from_bits(0x0202_0202)),
+                Vec4::ZERO,
+            )),
+            reach: sizes.max_element(),
+            t_min: ray.t_min(),
+        })
+    }
+}
+
+impl LaneRay {
+    /// No ray yet.
+    pub const IDLE: Self = {
+        let zero = [0.0; 4];
+        Self {
+            origin: zero,
+            direction: zero,
+            enter: zero,
+            leave: zero,
+            #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+            swap: [0; 4],
+            reach: 0.0,
+            t_min: 0.0,
+        }
+    };
+
+    /// Which side of a box the ray enters it by, 0 for the lower, 1 for the upper, and which it leaves it by.
+    #[inline(always)]
+    pub fn sides(&self, axis: usize) -> [usize; 2] {
+        let near = (self.direction[axis % 4].to_bits() >> 31) as usize;
+        [near, 1 - near]
+    }
+
+    /// The most that underflows can cost `det` less the other volumes.
+    #[inline(always)]
+    pub fn underflow(&self) -> f32 {
+        4.0 * UNDERFLOW * (self.reach + 1.0)
+    }
+}
+
+/// Of a node's boxes, by axis, the lower sides and the upper.
+#[inline(always)]
+pub(crate) fn sides_of(node: &Node) -> &[[Row; 2]; 4] {
+    bytemuck::must_cast_ref(node)
+}
+
+/// What is known of up to eight triangles, one bit each.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidates {
+    /// Those that may be hit.
+    pub any: u32,
+    /// Those of them that surely are, for a query to which [any](Query::ANY) is enough.
+    pub sure: u32,
+}
+
+impl Candidates {
+    /// Tells a query of what is sure of some lanes, and returns which of them are to be decided about.
+    #[inline(always)]
+    pub fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {
+        if self.sure & lanes != 0 {
+            query.surely_hit()?;
+        }
+        ControlFlow::Continue(self.any & lanes)
+    }
+}
+
+/// Eight boxes, or eight triangles, at once.
+pub(crate) trait Lanes {
+    /// Eight numbers of 16 bits.
+    type Keys: Copy;
+    /// Eight numbers.
+    type Numbers: Copy;
+
+    /// The same number in all lanes.
+    fn all(number: f32) -> Self::Numbers;
+
+    /// For each box, where the ray enters it, at the earliest, as a key; `FAR` for one that the ray does not
+    /// meet up to `last`.
+    fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys;
+
+    /// Asks the memory for the first rows of a node or of a leaf, of which a walk has need in its next turn.
+    #[inline(always)]
+    fn prefetch(_: &[Row], _: u32) {}
+
+    /// The lowest key, and the first lane that has it.
+    fn nearest(keys: Self::Keys) -> (u16, usize);
+
+    /// Whether there is a key other than `FAR`.
+    fn any(keys: Self::Keys) -> bool;
+
+    /// The keys with `FAR` in one lane.
+    fn without(keys: Self::Keys, lane: usize) -> Self::Keys;
+
+    /// The largest component of each triangle's edges at corner a.
+    fn edges(leaf: &Leaf) -> Self::Numbers;
+
+    /// The triangles that the ray may hit at `t_min..=last`; of unused lanes, anything. No edge at corner a is
+    /// longer along an axis than `edges` has it.
+    fn meet_triangles<Q: Query>(
+        leaf: &Leaf,
+        ray: &LaneRay,
+        edges: Self::Numbers,
+        last: f32,
+    ) -> Candidates;
+
+    /// What can be said of one triangle before the kernel is asked.
+    #[inline(always)]
+    fn judge(&Triangle { a, b, c }: &Triangle, _: &LaneRay, _: f32) -> Verdict {
+        // Three equal corners: all `f32` volumes are 0, so only a comparison rejects such a triangle.
+        if a == b && b == c { Verdict::Missed } else { Verdict::InDoubt }
+    }
+}
+
+/// The key of a box that is not met, behind all others.
+pub(crate) const FAR: u16 = u16::MAX;
+
+/// A distance, at least 0, as a number of 16 bits: rounded down, and in the same order.
+#[inline(always)]
+pub(crate) fn key(distance: f32) -> u16 {
+    (distance.to_bits() >> 16) as u16
+}

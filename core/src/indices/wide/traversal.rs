@@ -1,0 +1,234 @@
+//! The walk of one ray, and of several in turn, through any tree of eight boxes a node.
+
+use core::cell::Cell;
+use core::ops::ControlFlow;
+
+use arrayvec::ArrayVec;
+
+use super::build::MAX_DEPTH;
+use super::rows::LEAF;
+use super::simd::{LaneRay, Lanes, Way, key};
+use super::tree::{InLanes, Step, Tree, last_t};
+use crate::geometry::{Aabb, Ray, RaySpan};
+use crate::query::Query;
+
+#[inline(always)]
+pub(crate) fn traverse<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q) {
+    let may_hit = || !is_along_flat(tree, query.ray());
+    let ray = match Way::of(query.ray(), tree.largest(), may_hit) {
+        Way::Lanes(ray) => ray,
+        Way::F64 => return walk_in_f64(tree, query),
+        Way::Missed => return,
+    };
+    let mut walk = Walk::<L>::new(ray, tree.root());
+    while walk.step(tree, query).is_continue() {}
+}
+
+/// Each level leaves one entry.
+const STACK: usize = MAX_DEPTH as usize;
+
+/// Rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
+/// processor works for the others. One ray where there are no vector registers: such a processor does not wait, and
+/// each walk takes 2 KB of stack.
+const IN_TURN: usize =
+    if cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")) {
+        4
+    } else {
+        1
+    };
+
+#[inline(always)]
+pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
+    tree: T,
+    count: usize,
+    start: impl Fn(usize) -> Option<Q>,
+    mut finish: impl FnMut(usize, &Q),
+) {
+    let (root, largest) = (tree.root(), tree.largest());
+    let mut places = 0..count;
+    let walking = Cell::new(IN_TURN);
+    // Takes the next ray that lanes can take; the others are answered at once.
+    let mut next = |turn: &mut Turn<L, Q>, finish: &mut dyn FnMut(usize, &Q)| {
+        for place in places.by_ref() {
+            turn.place = place;
+            turn.query = start(place);
+            let Some(query) = &mut turn.query else { break };
+            let may_hit = || !is_along_flat(tree, query.ray());
+            match Way::of(query.ray(), largest, may_hit) {
+                Way::Lanes(ray) => {
+                    turn.walk.begin(ray, root);
+                    return;
+                }
+                Way::F64 => walk_in_f64(tree, query),
+                Way::Missed => {}
+            }
+            finish(place, query);
+        }
+        turn.query = None;
+        walking.set(walking.get() - 1);
+    };
+    // As constants: made by a function each is copied, room for its stack and all.
+    let mut turns: [Turn<L, Q>; IN_TURN] =
+        [const { Turn { walk: Walk::IDLE, query: None, place: 0 } }; IN_TURN];
+    for turn in &mut turns {
+        next(turn, &mut finish);
+    }
+    while walking.get() > 0 {
+        for turn in &mut turns {
+            let Some(query) = &mut turn.query else { continue };
+            if turn.walk.step(tree, query).is_continue() {
+                tree.prefetch(turn.walk.next.link);
+            } else {
+                finish(turn.place, query);
+                next(turn, &mut finish);
+            }
+        }
+    }
+}
+
+/// One of the rays that take turns, if there is one.
+struct Turn<L: Lanes, Q> {
+    walk: Walk<L>,
+    query: Option<Q>,
+    place: usize,
+}
+
+/// The walk of one ray: the nearest child first. What is left of a node waits as one entry: its link, and
+/// the keys of the children that were not entered.
+struct Walk<L: Lanes> {
+    ray: LaneRay,
+    next: Step,
+    /// Nodes that wait, up to `height`; entries above are left over.
+    stack: ArrayVec<(L::Keys, u32), STACK>,
+    height: usize,
+}
+
+impl<L: Lanes> Walk<L> {
+    /// No walk yet.
+    const IDLE: Self =
+        Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: ArrayVec::new_const(), height: 0 };
+
+    #[inline(always)]
+    fn new(ray: LaneRay, root: Step) -> Self {
+        Self { ray, next: root, stack: ArrayVec::new(), height: 0 }
+    }
+
+    /// As `new`, in place: most of a walk is room for its stack.
+    #[inline(always)]
+    fn begin(&mut self, ray: LaneRay, root: Step) {
+        self.ray = ray;
+        self.next = root;
+        self.height = 0;
+    }
+
+    /// Takes the topmost node that waits.
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(L::Keys, u32)> {
+        self.height = self.height.checked_sub(1)?;
+        self.stack.get(self.height).copied()
+    }
+
+    /// Enters one node; `Break` when the walk is over.
+    #[inline(always)]
+    fn step<T: InLanes<L>, Q: Query>(&mut self, tree: T, query: &mut Q) -> ControlFlow<()> {
+        const DONE: ControlFlow<()> = ControlFlow::Break(());
+        query.enter();
+        let (mut keys, mut above);
+        if self.next.link & LEAF != 0 {
+            tree.test_leaf(self.next, &self.ray, last_t(query), query)?;
+            let Some(top) = self.pop() else { return DONE };
+            (keys, above) = top;
+        } else {
+            let link = self.next.link;
+            let Some(met) = tree.meet_node(link, &self.ray, last_t(query)) else { return DONE };
+            (keys, above) = (met, link);
+        }
+        // The nearest child that is not entered yet, of the lowest node that has one.
+        let lane = loop {
+            let (nearest, lane) = L::nearest(keys);
+            if nearest <= key(last_t(query)) {
+                break lane;
+            }
+            let Some(top) = self.pop() else { return DONE };
+            (keys, above) = top;
+        };
+        let Some(child) = tree.child(above, lane) else { return DONE };
+        self.next = child;
+        let rest = L::without(keys, lane);
+        // The entry is always written, and kept if a child is left: a branch on that would often be mispredicted. The
+        // branch on whether the stack grows is taken rarely.
+        let entry = (rest, above);
+        if let Some(slot) = self.stack.get_mut(self.height) {
+            *slot = entry;
+        } else {
+            let pushed = self.stack.try_push(entry).is_ok();
+            debug_assert!(pushed, "validation bounds the depth");
+        }
+        self.height += usize::from(L::any(rest));
+        ControlFlow::Continue(())
+    }
+}
+
+/// Tells whether each box of the root has no extent on an axis on which the direction is 0; the ray hits nothing in
+/// such boxes: see [`Aabb::is_along`]. The walk in lanes does not test this at other nodes, because every ray would
+/// pay.
+#[cold]
+#[inline(never)]
+fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
+    let Step { link, .. } = tree.root();
+    let flat = |_, _, bounds: Aabb| {
+        if bounds.is_along(ray) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    link & LEAF == 0 && tree.for_each_child(link, flat).is_continue()
+}
+
+/// Walks a ray that `lanes` cannot bound: box by box, triangle by triangle, the child in the last lane first.
+///
+/// A waiting node is its link and a bit for each child that the ray meets and that was not entered. The span in a
+/// child's box is computed again when its turn comes: kept with each child, spans would make the stack 17 KB.
+#[cold]
+#[inline(never)]
+fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
+    let ray = RaySpan::new(query.ray());
+    let mut stack = ArrayVec::<(u32, u32), STACK>::new();
+    let mut step = tree.root();
+    loop {
+        query.enter();
+        if step.link & LEAF != 0 {
+            if tree.decide_leaf(step, query).is_break() {
+                return;
+            }
+        } else {
+            let mut met = 0;
+            let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
+                tree.for_each_child(step.link, |lane, _, bounds| {
+                    met |= u32::from(!ray.clip(&bounds, ray.whole()).is_empty()) << lane;
+                    ControlFlow::Continue(())
+                });
+            let pushed = stack.try_push((step.link, met)).is_ok();
+            debug_assert!(pushed, "validation bounds the depth");
+        }
+        step = loop {
+            let Some((link, waiting)) = stack.last_mut() else { return };
+            let Some(lane) = waiting.checked_ilog2() else {
+                stack.pop();
+                continue;
+            };
+            *waiting ^= 1 << lane;
+            if let Some((child, bounds)) = child_of(tree, *link, lane as usize)
+                && ray.clip(&bounds, ray.whole()).from <= query.last()
+            {
+                break child;
+            }
+        };
+    }
+}
+
+fn child_of<T: Tree>(tree: T, link: u32, lane: usize) -> Option<(Step, Aabb)> {
+    let mut found = None;
+    let search = tree.for_each_child(link, |at, child, bounds| {
+        found = Some((child, bounds));
+        if at == lane { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    found.filter(|_| search.is_break())
+}
