@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! scene (OBJ, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, record) -> report
-//!                                                          \-> bench (the same rays, every index)
+//!                                                          \-> bench (how anything is measured), studies (what is compared)
 //! ```
 #![warn(clippy::pedantic)]
 #![allow(
@@ -28,6 +28,7 @@ pub mod rays;
 pub mod report;
 pub mod scene;
 mod signature;
+pub mod studies;
 mod threads;
 
 pub use automatic::select_index;

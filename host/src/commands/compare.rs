@@ -11,15 +11,15 @@ use super::cluster_picture::paint_model;
 use super::compare_peers::{self, PeerArguments};
 use super::output::{bytes, count, duration, say, table};
 use super::separation::{record as record_separation, separation_effort};
-use crate::bench::comparison::{self, SceneComparison};
-use crate::bench::levels::{self, LevelCheck};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
-use crate::bench::{calibration, counters, growth, separation};
 use crate::file_output::make_folder;
 use crate::report::{Canvas, CompareEvidence, compare_page};
 use crate::scene::{self, Model, UpAxis, builtin};
+use crate::studies::indices::{self, SceneComparison};
+use crate::studies::levels::{self, LevelCheck};
+use crate::studies::{calibration, counters, growth, separation};
 
 /// Photons on which a level is counted and timed: some 6,000 rays, the same for all.
 const LEVEL_PHOTONS: u64 = 3_000;
@@ -117,8 +117,8 @@ impl Compare {
         let mut recorder = Recorder::new(self.measure.seed);
         let mut scenes = Vec::new();
         for model in &models {
-            let bar = step_bar(comparison::steps(), &model.name);
-            let scene = comparison::run(model, &effort, self.measure.seed, &mut || bar.inc(1))?;
+            let bar = step_bar(indices::steps(), &model.name);
+            let scene = indices::run(model, &effort, self.measure.seed, &mut || bar.inc(1))?;
             bar.finish_and_clear();
             print_scene(&scene);
             recorder.add("compare", &scene.scene, &scene.measured);

@@ -7,14 +7,14 @@ use clap::Args;
 use super::arguments::MeasureArguments;
 use super::output::{bytes, count, say, table};
 use super::separation::{record as record_separation, separation_effort};
-use crate::bench::paper_figure3::{self, Figure3};
-use crate::bench::paper_tables::{self, PUBLISHED, SceneTable};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
-use crate::bench::separation;
 use crate::file_output::make_folder;
 use crate::report::{PaperEvidence, paper_page};
+use crate::studies::paper::figure3::{self, Figure3};
+use crate::studies::paper::tables::{self, PUBLISHED, SceneTable};
+use crate::studies::separation;
 
 /// Measure the paper's figure 3 and tables 1 to 3 again, and compare
 #[derive(Args)]
@@ -42,20 +42,20 @@ impl Paper {
             share: Share::Common,
         };
         let own = Effort { share: Share::Own, ..effort };
-        let steps = paper_figure3::steps() + PUBLISHED.len() as u64 * paper_tables::steps();
+        let steps = figure3::steps() + PUBLISHED.len() as u64 * tables::steps();
         let bar = step_bar(steps, "paper");
-        let figure3 = paper_figure3::run(&own, self.measure.seed, &mut || bar.inc(1))?;
-        let mut tables = Vec::new();
+        let measured = figure3::run(&own, self.measure.seed, &mut || bar.inc(1))?;
+        let mut scenes = Vec::new();
         for published in PUBLISHED {
-            tables.push(paper_tables::run(published, &effort, self.measure.seed, &|| bar.inc(1))?);
+            scenes.push(tables::run(published, &effort, self.measure.seed, &|| bar.inc(1))?);
         }
         bar.finish_and_clear();
-        print_figure3(&figure3);
-        for table in &tables {
+        print_figure3(&measured);
+        for table in &scenes {
             print_table(table);
         }
         match &self.out {
-            Some(folder) => self.write(folder, &figure3, &tables),
+            Some(folder) => self.write(folder, &measured, &scenes),
             None => Ok(()),
         }
     }

@@ -9,8 +9,8 @@ use super::values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, whole};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::step_bar;
 use crate::bench::record::Recorder;
-use crate::bench::separation::{self, SeparationRow};
 use crate::file_output::check_writable;
+use crate::studies::separation::{self, SeparationRow};
 
 /// Compare each index with its hierarchy, on two clusters from touching to 10,000 times their size apart
 #[derive(Args)]

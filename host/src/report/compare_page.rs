@@ -7,12 +7,12 @@ use arboleda::IndexKind;
 use super::html::{Page, signed_percent};
 use super::plot::{Plot, Scale, Series, Stroke, number};
 use super::separation_section::separation_section;
-use crate::bench::comparison::SceneComparison;
-use crate::bench::growth::{FAMILIES, GrowthRow};
-use crate::bench::levels::LevelCheck;
 use crate::bench::provenance::Provenance;
 use crate::bench::run::Measurement;
-use crate::bench::separation::SeparationRow;
+use crate::studies::growth::{FAMILIES, GrowthRow};
+use crate::studies::indices::SceneComparison;
+use crate::studies::levels::LevelCheck;
+use crate::studies::separation::SeparationRow;
 
 /// All that the page shows.
 pub struct CompareEvidence<'e> {

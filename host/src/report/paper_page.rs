@@ -4,11 +4,11 @@ use super::html::{Page, signed_percent};
 use super::paper_words::{differences, reasons, saves_or_loses, verdict};
 use super::plot::{Plot, Scale, Series, Stroke};
 use super::separation_section::separation_section;
-use crate::bench::paper_figure3::{Figure3, HIERARCHY_LEVEL, PUBLISHED_GAIN, SINGLE_LEVEL};
-use crate::bench::paper_tables::{LevelRow, SceneTable};
 use crate::bench::provenance::Provenance;
 use crate::bench::run::{Measurement, gain_percent};
-use crate::bench::separation::SeparationRow;
+use crate::studies::paper::figure3::{Figure3, HIERARCHY_LEVEL, PUBLISHED_GAIN, SINGLE_LEVEL};
+use crate::studies::paper::tables::{LevelRow, SceneTable};
+use crate::studies::separation::SeparationRow;
 
 /// All that the page shows.
 pub struct PaperEvidence<'e> {

@@ -1,6 +1,6 @@
 //! What the paper's tables and ours have in common, in words, and why they differ.
 
-use crate::bench::paper_tables::{DEEP_GAIN, LAST_LEVEL_OF_GRIDS, LevelRow, SceneTable};
+use crate::studies::paper::tables::{DEEP_GAIN, LAST_LEVEL_OF_GRIDS, LevelRow, SceneTable};
 
 /// Whether a gain is at least the paper's.
 pub fn verdict(gain: f64, published: f64) -> &'static str {

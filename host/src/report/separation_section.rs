@@ -3,7 +3,7 @@
 use super::html::{Page, signed_percent};
 use super::plot::{Plot, Scale, Series, Stroke, number};
 use crate::bench::plan::pairs;
-use crate::bench::separation::{GAPS, Gains, SeparationRow};
+use crate::studies::separation::{GAPS, Gains, SeparationRow};
 
 /// Touching clusters have no place on a logarithmic axis; they stand here.
 const PLACE_OF_TOUCHING: f64 = 0.3;

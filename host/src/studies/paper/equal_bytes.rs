@@ -3,7 +3,7 @@
 use anyhow::Context;
 use arboleda::{Block, IndexKind};
 
-use super::plan::Case;
+use crate::bench::plan::Case;
 use crate::scene::Model;
 
 /// Within this, two sizes count as equal.

@@ -3,9 +3,9 @@
 use arboleda::select::Selection;
 use arboleda::{IndexKind, Options};
 
-use super::plan::{Case, Effort, Share};
-use super::rays::RaySet;
-use super::run::{Measurement, check_against_oracle, measure};
+use crate::bench::plan::{Case, Effort, Share};
+use crate::bench::rays::RaySet;
+use crate::bench::run::{Measurement, check_against_oracle, measure};
 use crate::scene::Model;
 use crate::select_index;
 

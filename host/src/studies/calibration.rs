@@ -17,10 +17,10 @@ use std::fmt::Write;
 use arboleda::{IndexKind, Level, Options, RayIndex, Resolution};
 use rayon::prelude::*;
 
-use super::plan::{Case, Effort, Share, pairs};
-use super::rays::RaySet;
-use super::run::{Measurement, affordable, build, clock, count};
 use crate::OwnedIndex;
+use crate::bench::plan::{Case, Effort, Share, pairs};
+use crate::bench::rays::RaySet;
+use crate::bench::run::{Measurement, affordable, build, clock, count};
 use crate::scene::Model;
 
 /// What the parts of a query take, in nanoseconds.

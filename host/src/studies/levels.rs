@@ -9,11 +9,11 @@
 use arboleda::{IndexKind, Level, Scene};
 use rayon::prelude::*;
 
-use super::plan::{Case, Effort, PROBE_PHOTONS};
-use super::rays::RaySet;
-use super::run::{Measurement, build, checked, clock, count};
-use super::spread::Spread;
 use crate::OwnedIndex;
+use crate::bench::plan::{Case, Effort, PROBE_PHOTONS};
+use crate::bench::rays::RaySet;
+use crate::bench::run::{Measurement, build, checked, clock, count};
+use crate::bench::spread::Spread;
 use crate::scene::Model;
 
 /// Levels tried: beyond 12 the automatic search does not go.

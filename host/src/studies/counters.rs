@@ -11,13 +11,14 @@ use std::fmt::Write;
 
 use arboleda::{Counters, Hit, IndexKind, RayIndex};
 
-use super::plan::Case;
-use super::rays::{RaySet, bits};
-use super::run::{build, checked};
 use super::separation::clusters_apart;
+use crate::bench::plan::Case;
+use crate::bench::rays::{RaySet, bits};
+use crate::bench::run::{build, checked};
+use crate::scene::Model;
 use crate::scene::city::{CityOptions, procedural_city};
 use crate::scene::mixed::{MixedOptions, mixed_sizes};
-use crate::scene::{Model, paper, shapes};
+use crate::scene::{paper, shapes};
 
 /// Photons to a scene.
 const PHOTONS: u64 = 1_000;

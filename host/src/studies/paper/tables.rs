@@ -9,9 +9,9 @@ use arboleda::{IndexKind, Statistics};
 use rayon::prelude::*;
 
 use super::equal_bytes::grid_of_bytes;
-use super::plan::{Case, Effort};
-use super::rays::RaySet;
-use super::run::{Measurement, build, check_against_oracle, gain_percent, measure};
+use crate::bench::plan::{Case, Effort};
+use crate::bench::rays::RaySet;
+use crate::bench::run::{Measurement, build, check_against_oracle, gain_percent, measure};
 use crate::scene::{Model, builtin};
 
 /// The octree levels of the paper's tables.

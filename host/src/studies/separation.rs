@@ -6,9 +6,9 @@
 
 use arboleda::{Aabb, IndexKind, Triangle, Vec3};
 
-use super::plan::{Case, Effort, pairs};
-use super::rays::RaySet;
-use super::run::{Measurement, check_against_oracle, gain_percent, measure};
+use crate::bench::plan::{Case, Effort, pairs};
+use crate::bench::rays::RaySet;
+use crate::bench::run::{Measurement, check_against_oracle, gain_percent, measure};
 use crate::scene::{AreaLight, Model, paper};
 
 /// The gap between the clusters, as a multiple of their size. With whole numbers all coordinates are

@@ -2,9 +2,9 @@
 
 use arboleda::IndexKind;
 
-use super::plan::{Case, Effort};
-use super::rays::RaySet;
-use super::run::{Measurement, check_against_oracle, gain_percent, measure};
+use crate::bench::plan::{Case, Effort};
+use crate::bench::rays::RaySet;
+use crate::bench::run::{Measurement, check_against_oracle, gain_percent, measure};
 use crate::scene::builtin;
 
 /// The level at which no leaf of the hierarchy has more than 12 triangles.

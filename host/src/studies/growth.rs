@@ -2,9 +2,9 @@
 
 use arboleda::IndexKind;
 
-use super::plan::{Case, Effort};
-use super::rays::RaySet;
-use super::run::{Measurement, check_against_oracle, measure};
+use crate::bench::plan::{Case, Effort};
+use crate::bench::rays::RaySet;
+use crate::bench::run::{Measurement, check_against_oracle, measure};
 use crate::scene::Model;
 use crate::scene::city::{CityOptions, procedural_city};
 use crate::scene::mixed::{MixedOptions, mixed_sizes};

@@ -1,0 +1,19 @@
+//! Which comparison is made: each study takes scenes, measures by [`crate::bench`], and returns what it found.
+//!
+//! ```text
+//! indices      every index on a scene, and the automatic selection beside them
+//! growth       every index on scenes of the same kind, larger and larger
+//! separation   each index and its hierarchy on clusters that move apart
+//! levels       the automatic level or resolution against all others
+//! calibration  what a ray, a node and a test take: the weights of the automatic selection
+//! counters     figures that are the same on every machine
+//! paper        the paper's figure 3 and tables 1 to 3
+//! ```
+
+pub mod calibration;
+pub mod counters;
+pub mod growth;
+pub mod indices;
+pub mod levels;
+pub mod paper;
+pub mod separation;
