@@ -19,10 +19,10 @@
 mod automatic;
 pub mod bench;
 pub mod commands;
+#[cfg(feature = "peers")]
+pub mod contenders;
 mod file_output;
 mod owned_index;
-#[cfg(feature = "peers")]
-pub mod peers;
 pub mod photon;
 pub mod rays;
 pub mod report;

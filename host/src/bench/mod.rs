@@ -12,5 +12,9 @@ pub mod progress;
 pub mod provenance;
 pub mod rays;
 pub mod record;
+#[cfg(feature = "peers")]
+pub mod ring;
 pub mod run;
 pub mod spread;
+#[cfg(feature = "peers")]
+pub mod workload;

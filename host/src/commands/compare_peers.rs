@@ -82,13 +82,14 @@ mod with_peers {
     use super::PeerArguments;
     use crate::bench::progress::step_bar;
     use crate::bench::provenance::Provenance;
+    use crate::contenders::{PEERS, Peer, PeerError, ours};
     use crate::file_output::{make_folder, write_file};
     use crate::owned_index::{kind_by_name, kind_names};
-    use crate::peers::{
-        self, Comparison, ComparisonOptions, Evidence, LEGEND, PEERS, Peer, PeerError, USUAL_KINDS,
-        growth, our_name,
-    };
+    use crate::report::peers_page::{Evidence, absent, page};
+    use crate::report::peers_table::{LEGEND, table, write_csv};
     use crate::scene::Model;
+    use crate::studies::peers::{self, Comparison, ComparisonOptions, USUAL_KINDS};
+    use crate::studies::peers_growth as growth;
 
     /// Runs the comparison; `models` are asked for once all names are known to be right.
     ///
@@ -126,7 +127,7 @@ mod with_peers {
             command: command(),
             provenance,
             effort: effort(&options),
-            ours: kinds.first().map_or("", |&kind| our_name(kind)),
+            ours: kinds.first().map_or("", |&kind| ours::name(kind)),
             comparisons: Vec::new(),
             growth: Vec::new(),
         };
@@ -137,7 +138,7 @@ mod with_peers {
             let comparison = peers::compare(model, &options, &mut || bar.inc(1))?;
             bar.finish_and_clear();
             let triangles = count(comparison.triangle_count as u64);
-            say!("\n{}, {triangles} triangles\n{}", model.name, peers::table(&comparison));
+            say!("\n{}, {triangles} triangles\n{}", model.name, table(&comparison));
             run.comparisons.push(comparison);
             if run.comparisons.len() == 1 {
                 run.print_absent();
@@ -229,7 +230,7 @@ mod with_peers {
     impl Run<'_> {
         fn print_absent(&self) {
             let all: Vec<&Comparison> = self.comparisons.iter().chain(&self.growth).collect();
-            for line in peers::absent(&all) {
+            for line in absent(&all) {
                 say!("{line}");
             }
         }
@@ -238,12 +239,12 @@ mod with_peers {
             let Some(folder) = folder else {
                 return Ok(());
             };
-            let [rows, page] = FILES.map(|name| folder.join(name));
+            let [rows, page_file] = FILES.map(|name| folder.join(name));
             let all = self.comparisons.iter().chain(&self.growth);
             let mut text = Vec::new();
-            peers::write_csv(&mut text, all.flat_map(|comparison| &comparison.rows))?;
+            write_csv(&mut text, all.flat_map(|comparison| &comparison.rows))?;
             write_file(&rows, |file| file.write_all(&text))?;
-            let text = peers::page(&Evidence {
+            let text = page(&Evidence {
                 command: &self.command,
                 provenance: &self.provenance,
                 effort: &self.effort,
@@ -251,7 +252,7 @@ mod with_peers {
                 comparisons: &self.comparisons,
                 growth: &self.growth,
             });
-            write_file(&page, |file| file.write_all(text.as_bytes()))
+            write_file(&page_file, |file| file.write_all(text.as_bytes()))
         }
     }
 }

@@ -3,9 +3,15 @@
 mod camera;
 mod canvas;
 mod compare_page;
+#[cfg(feature = "peers")]
+pub(crate) mod grid;
 pub mod html;
 mod paper_page;
 mod paper_words;
+#[cfg(feature = "peers")]
+pub mod peers_page;
+#[cfg(feature = "peers")]
+pub mod peers_table;
 mod picture;
 pub mod plot;
 mod separation_section;

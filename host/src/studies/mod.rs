@@ -16,4 +16,8 @@ pub mod growth;
 pub mod indices;
 pub mod levels;
 pub mod paper;
+#[cfg(feature = "peers")]
+pub mod peers;
+#[cfg(feature = "peers")]
+pub mod peers_growth;
 pub mod separation;

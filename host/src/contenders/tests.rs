@@ -3,10 +3,13 @@
 use arboleda::{Hit, IndexKind, Options, Ray, Vec3};
 
 use super::agreement::Disagreements;
-use super::ring::{Answers, Mode, answer};
 use super::*;
 use crate::OwnedIndex;
+use crate::bench::ring::{Answers, Mode, answer};
+use crate::bench::workload::Workload;
+use crate::report::peers_table::write_csv;
 use crate::scene::builtin;
+use crate::studies::peers::{ComparisonOptions, compare};
 
 /// A share of answers that rounding may spoil. The cubes and the floor of the built-in scenes have
 /// many rays along edges; ties are counted apart.

@@ -12,9 +12,9 @@ use std::{env, ptr};
 use libloading::Library;
 
 use super::layout::{Packet, PacketRayHits, RayHit, SingleRay};
-use crate::peers::PeerError;
-use crate::peers::contender::refused;
-use crate::peers::mesh::Mesh;
+use crate::contenders::PeerError;
+use crate::contenders::contender::refused;
+use crate::contenders::libraries::mesh::Mesh;
 
 /// Where to look if `EMBREE4_LIBRARY` does not say.
 const USUAL_NAMES: [&str; 4] =

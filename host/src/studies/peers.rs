@@ -6,14 +6,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene};
 
-use super::agreement::Disagreements;
-use super::contender::{Built, Contender, Peer, Setting};
-use super::mesh::Mesh;
-use super::ring::{Answers, Build, Mode, answer, time, time_builds};
-use super::workload::{Workload, leak_rays};
-use super::{PEERS, PeerError, ours, tune};
 use crate::OwnedIndex;
+use crate::bench::ring::{Answers, Build, Mode, answer, time, time_builds};
 use crate::bench::spread::Spread;
+use crate::bench::workload::{Workload, leak_rays};
+use crate::contenders::agreement::Disagreements;
+use crate::contenders::contender::{Built, Contender, Peer, Setting};
+use crate::contenders::libraries::mesh::Mesh;
+use crate::contenders::ours;
+use crate::contenders::{PEERS, PeerError, best_setting};
 use crate::scene::{Model, closed};
 
 /// How much is compared.
@@ -173,7 +174,7 @@ pub fn compare(
     let mut absent = Vec::new();
     let sample = &workload.rays[..workload.rays.len().min(SAMPLE)];
     for peer in options.peers {
-        match guarded(peer.name, || tune::best(peer, &model.triangles, sample)) {
+        match guarded(peer.name, || best_setting::best(peer, &model.triangles, sample)) {
             Ok((setting, built)) => {
                 let Built { contender, build_seconds: seconds } = built;
                 let again = || {

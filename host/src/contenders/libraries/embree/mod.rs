@@ -22,9 +22,9 @@ use arboleda::{Hit, Ray, Triangle};
 
 use self::layout::{Packet, RayHit, SingleRay};
 use self::library::{Config, Quality, Robustness, Scene};
-use super::PeerError;
-use super::contender::{Batch, Built, Contender, Peer, Setting};
-use super::mesh::Mesh;
+use crate::contenders::PeerError;
+use crate::contenders::contender::{Batch, Built, Contender, Peer, Setting};
+use crate::contenders::libraries::mesh::Mesh;
 
 /// One quality on AVX2 and on the best there is.
 macro_rules! both_isas {

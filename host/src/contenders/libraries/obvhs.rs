@@ -21,7 +21,7 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::{Ray as ObvhsRay, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 
-use super::contender::{Built, Contender, Peer, Setting, found};
+use crate::contenders::contender::{Built, Contender, Peer, Setting, found};
 
 /// The presets that build slowly and answer fast. Losers on figure 4(b) and the city: `medium_build`
 /// (0.85 to 0.9 of `slow_build`), and the binary hierarchy (0.75 to 0.85 of the wide one), which is left

@@ -14,9 +14,9 @@ use bvh::bvh::{Bvh, BvhNode};
 use bvh::ray::Ray as BvhRay;
 use nalgebra::{Point3, Vector3};
 
-use super::PeerError;
-use super::contender::{Built, Contender, Peer, Setting, found, refused};
 use super::moller_trumbore::EdgeTriangle;
+use crate::contenders::PeerError;
+use crate::contenders::contender::{Built, Contender, Peer, Setting, found, refused};
 
 /// It has no settings.
 pub const PEER: Peer =

@@ -4,9 +4,9 @@ use std::io::{self, Write};
 
 use comfy_table::Table;
 
-use super::comparison::{Comparison, Row};
 use super::grid::{Cell, Grid, Mark};
-use super::ring::Mode;
+use crate::bench::ring::Mode;
+use crate::studies::peers::{Comparison, Row};
 
 /// A row of `compare.csv`.
 #[derive(serde::Serialize)]
@@ -85,7 +85,7 @@ pub const LEGEND: &str = "single, batch (closest hits) and occluded in million r
      as it lies beside the application's indexed mesh";
 
 /// As [`table`], for both forms.
-pub(super) fn grid(comparison: &Comparison) -> Grid {
+pub(crate) fn grid(comparison: &Comparison) -> Grid {
     let headings = [
         "contender",
         "setting",
@@ -136,18 +136,18 @@ fn line(comparison: &Comparison, rows: &[Row]) -> Vec<Cell> {
 }
 
 /// What it holds, for each triangle of the scene.
-pub(super) fn bytes_per_triangle(row: &Row) -> Option<f64> {
+pub(crate) fn bytes_per_triangle(row: &Row) -> Option<f64> {
     Some(row.bytes? as f64 / row.triangle_count.max(1) as f64)
 }
 
 /// The most million rays a second in the rows looked for.
-pub(super) fn fastest(rows: &[Row], wanted: impl Fn(&Row) -> bool) -> Option<f64> {
+pub(crate) fn fastest(rows: &[Row], wanted: impl Fn(&Row) -> bool) -> Option<f64> {
     let speeds = rows.iter().filter(|row| wanted(row)).map(|row| row.speed.median);
     speeds.max_by(f64::total_cmp)
 }
 
 /// The fastest Embree in a mode; for closest hits of many rays, in whichever of both ways.
-pub(super) fn embree(rows: &[Row], mode: Mode) -> Option<f64> {
+pub(crate) fn embree(rows: &[Row], mode: Mode) -> Option<f64> {
     fastest(rows, |row| {
         let same = row.mode == mode || (mode == Mode::Batch && row.mode == Mode::Single);
         same && row.contender.starts_with("embree")

@@ -5,7 +5,7 @@ use comfy_table::{CellAlignment, Table, TableComponent};
 
 /// Why a cell stands out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Mark {
+pub(crate) enum Mark {
     /// It does not.
     #[default]
     Plain,
@@ -17,41 +17,41 @@ pub(super) enum Mark {
 
 /// A cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Cell {
-    pub(super) text: String,
-    pub(super) mark: Mark,
+pub(crate) struct Cell {
+    pub(crate) text: String,
+    pub(crate) mark: Mark,
 }
 
 impl Cell {
-    pub(super) fn new(text: impl Into<String>) -> Self {
+    pub(crate) fn new(text: impl Into<String>) -> Self {
         Self { text: text.into(), mark: Mark::Plain }
     }
 
     /// What is not known.
-    pub(super) fn unknown() -> Self {
+    pub(crate) fn unknown() -> Self {
         Self::new("-")
     }
 
     /// A number, or that it is not known.
-    pub(super) fn number(value: Option<f64>, places: usize) -> Self {
+    pub(crate) fn number(value: Option<f64>, places: usize) -> Self {
         value.map_or_else(Self::unknown, |value| Self::new(format!("{value:.places$}")))
     }
 
-    pub(super) fn marked(self, mark: Mark) -> Self {
+    pub(crate) fn marked(self, mark: Mark) -> Self {
         Self { mark, ..self }
     }
 }
 
 /// Columns with headings; the first are text, the others numbers.
-pub(super) struct Grid {
-    pub(super) headings: Vec<String>,
-    pub(super) text_columns: usize,
-    pub(super) lines: Vec<Vec<Cell>>,
+pub(crate) struct Grid {
+    pub(crate) headings: Vec<String>,
+    pub(crate) text_columns: usize,
+    pub(crate) lines: Vec<Vec<Cell>>,
 }
 
 impl Grid {
     /// For a terminal: `*` before the best, `!` before what loses.
-    pub(super) fn terminal(&self) -> Table {
+    pub(crate) fn terminal(&self) -> Table {
         let mut table = Table::new();
         table.load_preset(UTF8_HORIZONTAL_ONLY).set_header(&self.headings);
         table.remove_style(TableComponent::HorizontalLines);
@@ -70,7 +70,7 @@ impl Grid {
     }
 
     /// For a page: the best in bold, "(loses)" after what loses.
-    pub(super) fn markdown(&self) -> String {
+    pub(crate) fn markdown(&self) -> String {
         let mut text = String::new();
         let mut line = |cells: Vec<String>| {
             text.push_str("| ");

@@ -15,7 +15,7 @@ pub fn name(kind: IndexKind) -> &'static str {
 
 /// Whether an index of ours is looked at as it is meant to be used: beside an indexed mesh that the application
 /// keeps, and without a copy of the triangles.
-pub(super) fn is_beside(kind: IndexKind) -> bool {
+pub(crate) fn is_beside(kind: IndexKind) -> bool {
     matches!(kind, IndexKind::LeanBvh | IndexKind::LeanBvhHierarchy)
 }
 

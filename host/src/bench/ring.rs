@@ -6,9 +6,9 @@ use std::hint::black_box;
 use arboleda::Hit;
 use cpu_time::ThreadTime;
 
-use super::contender::Contender;
 use super::workload::Workload;
 use crate::bench::spread::Spread;
+use crate::contenders::contender::Contender;
 
 /// What is asked, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]

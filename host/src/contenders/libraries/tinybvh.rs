@@ -10,8 +10,8 @@
 
 use arboleda::Triangle;
 
-use super::PeerError;
-use super::contender::{Built, Peer, Setting};
+use crate::contenders::PeerError;
+use crate::contenders::contender::{Built, Peer, Setting};
 
 /// With spatial splits and without.
 pub const PEER: Peer = Peer {
@@ -50,8 +50,8 @@ mod wide {
     use tinybvh_rs::{Intersector, Ray as TinyRay, bvh, bvh8_cpu, mbvh};
 
     use super::Splits;
-    use crate::peers::PeerError;
-    use crate::peers::contender::{Built, Contender, found, refused};
+    use crate::contenders::PeerError;
+    use crate::contenders::contender::{Built, Contender, found, refused};
 
     /// Its leaves hold four triangles side by side.
     const LEAF: u32 = 4;

@@ -6,12 +6,12 @@
 use arboleda::BuildError;
 use comfy_table::Table;
 
-use super::EMBREE_MEDIUM;
-use super::comparison::{Comparison, ComparisonOptions, Row, compare};
-use super::grid::{Cell, Grid};
-use super::ring::Mode;
+use crate::bench::ring::Mode;
+use crate::contenders::EMBREE_MEDIUM;
+use crate::report::grid::{Cell, Grid};
 use crate::scene::Model;
 use crate::scene::builtin::SIZED;
+use crate::studies::peers::{Comparison, ComparisonOptions, Row, compare};
 
 /// The sizes, as far as they are asked for.
 const SIZES: [u32; 5] = [1_000, 10_000, 100_000, 1_000_000, 10_000_000];
@@ -60,7 +60,7 @@ pub const LEGEND: &str = "n triangles: nanoseconds of the build, and divided by 
      each mode, and divided by log2 n";
 
 /// As [`table`], for both forms.
-pub(super) fn grid(comparisons: &[Comparison]) -> Grid {
+pub(crate) fn grid(comparisons: &[Comparison]) -> Grid {
     let headings = [
         "scene",
         "contender",

@@ -1,7 +1,7 @@
 //! In place of tinybvh where it was not compiled in: says how to get it.
 
-use super::PeerError;
-use super::contender::{Peer, Setting};
+use crate::contenders::PeerError;
+use crate::contenders::contender::{Peer, Setting};
 
 /// Cannot be built.
 pub const PEER: Peer = Peer {

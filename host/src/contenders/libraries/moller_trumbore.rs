@@ -7,7 +7,7 @@ use arboleda::{Triangle, Vec3};
 
 /// A corner and the two edges from it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EdgeTriangle {
+pub(in crate::contenders) struct EdgeTriangle {
     corner: Vec3,
     edge_b: Vec3,
     edge_c: Vec3,
@@ -15,14 +15,19 @@ pub(super) struct EdgeTriangle {
 
 impl EdgeTriangle {
     /// Prepares a triangle.
-    pub(super) fn new(triangle: &Triangle) -> Self {
+    pub(in crate::contenders) fn new(triangle: &Triangle) -> Self {
         let Triangle { a, b, c } = *triangle;
         Self { corner: a, edge_b: b - a, edge_c: c - a }
     }
 
     /// The parameter of the hit, if the rounded test sees one from 0 up to `last`.
     #[inline]
-    pub(super) fn hit(&self, origin: Vec3, direction: Vec3, last: f32) -> Option<f32> {
+    pub(in crate::contenders) fn hit(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        last: f32,
+    ) -> Option<f32> {
         let across = direction.cross(self.edge_c);
         let determinant = self.edge_b.dot(across);
         let inverse = 1.0 / determinant;

@@ -15,38 +15,19 @@
 //! choose their instructions themselves.
 
 pub mod agreement;
-mod bvh_index;
-mod comparison;
-mod contender;
-mod embree;
+pub mod best_setting;
+pub(crate) mod contender;
 mod error;
-mod grid;
-pub mod growth;
-mod mesh;
-mod moller_trumbore;
-mod obvhs_index;
-mod ours;
-mod page;
-mod parry3d_index;
-mod report;
-mod ring;
+pub(crate) mod libraries;
+pub(crate) mod ours;
 #[cfg(test)]
 mod tests;
-#[cfg_attr(not(feature = "tinybvh"), path = "tinybvh_absent.rs")]
-mod tinybvh_index;
-pub mod tune;
-mod workload;
 
 use arboleda::Triangle;
 
-pub use comparison::{Comparison, ComparisonOptions, Row, USUAL_KINDS, compare, steps};
 pub use contender::{Batch, Built, Contender, Peer, Setting};
 pub use error::PeerError;
-pub use ours::{contender as our_contender, name as our_name};
-pub use page::{Evidence, absent, page};
-pub use report::{LEGEND, table, write_csv};
-pub use ring::Mode;
-pub use workload::{Workload, leak_rays};
+use libraries::{bvh, embree, obvhs, parry3d, tinybvh};
 
 /// Embree as its users have it by default: what builds and growth are compared with.
 pub const EMBREE_MEDIUM: Peer = embree::MEDIUM;
@@ -57,10 +38,10 @@ pub const PEERS: &[Peer] = &[
     embree::HIGH,
     embree::ROBUST,
     embree::COMPACT,
-    obvhs_index::PEER,
-    parry3d_index::PEER,
-    bvh_index::PEER,
-    tinybvh_index::PEER,
+    obvhs::PEER,
+    parry3d::PEER,
+    bvh::PEER,
+    tinybvh::PEER,
 ];
 
 /// Builds a library's index by the first of its settings.

@@ -13,7 +13,7 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::{Ray as ParryRay, RayCast};
 use parry3d::shape::Triangle as ParryTriangle;
 
-use super::contender::{Built, Contender, Peer, Setting, found};
+use crate::contenders::contender::{Built, Contender, Peer, Setting, found};
 
 /// Both of its builders.
 pub const PEER: Peer = Peer {

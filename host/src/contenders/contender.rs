@@ -13,7 +13,7 @@ use super::PeerError;
 /// What a library found, by the place of the triangle in the scene and the parameter in lengths of the
 /// ray's direction. The barycentric coordinates are not compared.
 #[inline]
-pub(super) fn found(triangle: u32, t: f32) -> Hit {
+pub(crate) fn found(triangle: u32, t: f32) -> Hit {
     Hit { triangle: TriangleId(triangle), t, u: 0.0, v: 0.0 }
 }
 
@@ -57,7 +57,7 @@ pub struct Built<'a> {
 pub struct Setting {
     /// For tables; in the words of the library.
     pub name: &'static str,
-    pub(super) build: fn(&[Triangle]) -> Result<Built<'static>, PeerError>,
+    pub(crate) build: fn(&[Triangle]) -> Result<Built<'static>, PeerError>,
 }
 
 impl Setting {
@@ -75,11 +75,11 @@ impl Setting {
 pub struct Peer {
     /// For tables and command lines.
     pub name: &'static str,
-    /// Which is best depends on the scene and the processor; see [`super::tune`].
+    /// Which is best depends on the scene and the processor; see [`super::best_setting`].
     pub settings: &'static [Setting],
 }
 
 /// Turns any error of a library into one of ours.
-pub(super) fn refused(library: &'static str, reason: impl Display) -> PeerError {
+pub(crate) fn refused(library: &'static str, reason: impl Display) -> PeerError {
     PeerError::Refused { library, reason: reason.to_string() }
 }

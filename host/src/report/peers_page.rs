@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
-use super::comparison::{Comparison, Row};
 use super::grid::{Cell, Grid, Mark};
-use super::ring::Mode;
-use super::{growth, report};
+use super::peers_table as report;
 use crate::bench::provenance::Provenance;
+use crate::bench::ring::Mode;
+use crate::studies::peers::{Comparison, Row};
+use crate::studies::peers_growth as growth;
 
 /// What the page is written from.
 pub struct Evidence<'e> {
@@ -159,7 +160,7 @@ fn bytes(comparison: &Comparison, ours: &str) -> Cell {
 }
 
 /// The Embree whose build and memory are compared with.
-const EMBREE: &str = super::EMBREE_MEDIUM.name;
+const EMBREE: &str = crate::contenders::EMBREE_MEDIUM.name;
 
 /// The contender of the fastest single rays among Embrees.
 fn fastest_embree(comparison: &Comparison) -> &str {
