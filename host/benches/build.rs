@@ -3,26 +3,27 @@
 //! That each answers some photons' rays as the guide does is checked before anything is timed.
 
 use arboleda::{Block, IndexKind};
-use arboleda_host::bench::plan::Case;
-use arboleda_host::bench::rays::RaySet;
-use arboleda_host::bench::run;
+use arboleda_host::bench::measurement::{build, checked, verified_workload};
+use arboleda_host::bench::plan::{Case, Effort, Share};
 use arboleda_host::scene::builtin;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 const SCENES: [&str; 3] = ["fig2", "fig3", "fig4c"];
 const PHOTONS: u64 = 500;
+const EFFORT: Effort =
+    Effort { photons: PHOTONS, repetitions: 1, seconds: 1.0, share: Share::Own, seed: 1 };
 
-fn build(criterion: &mut Criterion) {
+fn builds(criterion: &mut Criterion) {
     for name in SCENES {
         let model = builtin::require(name).expect("the scene is built in");
-        let rays = RaySet::shoot(&model, PHOTONS, 1).expect("built-in scenes have lights");
-        run::check_against_oracle(&model, &rays).expect("the guide agrees with the linear scan");
+        let workload =
+            verified_workload(&model, &EFFORT).expect("the guide agrees with the linear scan");
         let mut group = criterion.benchmark_group(format!("build/{name}"));
         group.throughput(Throughput::Elements(model.triangles.len() as u64)).sample_size(10);
         for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != IndexKind::Linear) {
             let case = Case::usual(kind);
-            let owned = run::build(&model, &case, &[]).expect("the defaults are valid");
-            run::checked(&owned.index(), &rays, PHOTONS).expect("every index agrees");
+            let owned = build(&model, &case, &[]).expect("the defaults are valid");
+            checked(&owned.index(), &workload, PHOTONS).expect("every index agrees");
             let mut arena = vec![Block::ZERO; Block::count(owned.bytes())];
             let mut scratch = vec![Block::ZERO; Block::count(owned.scratch_bytes())];
             group.bench_function(kind.name(), |bencher| {
@@ -35,5 +36,5 @@ fn build(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, build);
+criterion_group!(benches, builds);
 criterion_main!(benches);

@@ -6,32 +6,35 @@
 use std::hint::black_box;
 
 use arboleda::IndexKind;
-use arboleda_host::bench::plan::Case;
-use arboleda_host::bench::rays::RaySet;
-use arboleda_host::bench::run::{build, check_against_oracle, checked};
+use arboleda_host::bench::measurement::{build, checked, verified_workload};
+use arboleda_host::bench::plan::{Case, Effort, Share};
+use arboleda_host::contenders::contender::Mode;
 use arboleda_host::scene::builtin;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 /// A scene of clusters far apart, the paper's usual one, and many clusters.
 const SCENES: [&str; 3] = ["fig3", "fig4c", "city"];
 const PHOTONS: u64 = 2_000;
+const EFFORT: Effort =
+    Effort { photons: PHOTONS, repetitions: 1, seconds: 1.0, share: Share::Own, seed: 1 };
 
 fn query(criterion: &mut Criterion) {
     for name in SCENES {
         let model = builtin::require(name).expect("the scene is built in");
-        let rays = RaySet::shoot(&model, PHOTONS, 1).expect("built-in scenes have lights");
-        check_against_oracle(&model, &rays).expect("the guide agrees with the linear scan");
+        let workload =
+            verified_workload(&model, &EFFORT).expect("the guide agrees with the linear scan");
+        let rays = workload.rays(Mode::Single);
         let mut group = criterion.benchmark_group(format!("query/{name}"));
-        group.throughput(Throughput::Elements(rays.of_first(PHOTONS).len() as u64)).sample_size(20);
+        group.throughput(Throughput::Elements(rays.len() as u64)).sample_size(20);
         for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != IndexKind::Linear) {
-            let owned =
-                build(&model, &Case::usual(kind), rays.sample()).expect("the defaults are valid");
+            let owned = build(&model, &Case::usual(kind), workload.sample())
+                .expect("the defaults are valid");
             let index = owned.index();
-            checked(&index, &rays, PHOTONS).expect("every index agrees with the guide");
+            checked(&index, &workload, PHOTONS).expect("every index agrees with the guide");
             let index = index.as_ray_index();
             group.bench_function(kind.name(), |bencher| {
                 bencher.iter(|| {
-                    for ray in rays.of_first(PHOTONS) {
+                    for ray in rays {
                         black_box(index.closest_hit(black_box(ray)));
                     }
                 });

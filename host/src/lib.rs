@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! scene (OBJ, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, record) -> report
-//!                                                          \-> bench (how anything is measured), studies (what is compared)
+//!                                    |
+//!                 contenders (what can be measured) -> bench (how) -> studies (what is compared) -> report
 //! ```
 #![warn(clippy::pedantic)]
 #![allow(
@@ -19,7 +20,6 @@
 mod automatic;
 pub mod bench;
 pub mod commands;
-#[cfg(feature = "peers")]
 pub mod contenders;
 mod file_output;
 mod owned_index;

@@ -75,7 +75,7 @@ fn values_out_of_range_are_refused_with_the_range() {
         (vec!["--picture", "x.jpg"], "the name must end in .png"),
         (vec!["compare", "--repetitions", "0"], "must be 1 to 10000"),
         (vec!["compare", "--photons", "0"], "must be 1 to 10000000"),
-        (vec!["compare", "--peers", "--rays", "0"], "must be 1 to 100000000"),
+        (vec!["compare", "peers", "--rays", "0"], "must be 1 to 100000000"),
         (vec!["paper", "--repetitions", "0"], "must be 1 to 10000"),
         (vec!["separation", "--repetitions", "0"], "must be 1 to 10000"),
     ] {
@@ -210,6 +210,13 @@ fn options_before_a_command_are_for_all_commands_or_refused() {
     let arguments = ["--photons", "100", "shoot", "--scene", "fig2"];
     let said = failure(&run_in(folder.path(), &arguments));
     assert!(said.contains("--photons before `shoot`"), "{said}");
+    for (arguments, message) in [
+        (["compare", "--photons=100", "levels"], "--photons before `levels`"),
+        (["compare", "a.obj", "peers"], "SCENE before `peers`"),
+    ] {
+        let said = failure(&run_in(folder.path(), &arguments));
+        assert!(said.contains(message), "{arguments:?}\n{said}");
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! `arboleda compare --peers` as a person calls it.
+//! `arboleda compare peers` as a person calls it.
 
 use std::process::{Command, Output};
 
@@ -13,11 +13,11 @@ fn arboleda(arguments: &[&str]) -> Output {
 #[cfg(not(feature = "peers"))]
 #[test]
 fn a_build_without_the_libraries_says_how_to_get_them() {
-    let output = arboleda(&["compare", "--peers", "--out", "DIR"]);
+    let output = arboleda(&["compare", "peers", "--out", "DIR"]);
     assert!(!output.status.success());
     let message = String::from_utf8(output.stderr).unwrap();
     let command =
-        "cargo run --release -p arboleda-host --features peers -- compare --peers --out DIR";
+        "cargo run --release -p arboleda-host --features peers -- compare peers --out DIR";
     assert!(message.contains(command), "{message}");
 }
 
@@ -27,7 +27,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("compare-peers");
     let output = arboleda(&[
         "compare",
-        "--peers",
+        "peers",
         "--scenes",
         "fig2,mesh-300",
         "--rays",
@@ -106,7 +106,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
     ] {
         assert!(page.lines().any(|line| line.starts_with(start)), "{start}\n{page}");
     }
-    assert!(page.contains("compare --peers --scenes fig2,mesh-300"), "the command");
+    assert!(page.contains("compare peers --scenes fig2,mesh-300"), "the command");
 }
 
 #[cfg(feature = "peers")]
@@ -116,7 +116,7 @@ fn unknown_names_are_answered_with_the_names() {
         (["--against", "raytracer"], "there are: embree4-medium, embree4-high"),
         (["--index", "raytracer"], "there are linear, octree,"),
     ] {
-        let output = arboleda(&[&["compare", "--peers"], &arguments[..]].concat());
+        let output = arboleda(&[&["compare", "peers"], &arguments[..]].concat());
         assert!(!output.status.success());
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(message.contains(answer), "{message}");

@@ -1,8 +1,8 @@
-//! What is to be measured: which index with which options, on how many photons.
+//! Which index is measured with which options, and on how many photons.
 
 use arboleda::{Counters, IndexKind, Level, Options, Resolution};
 
-/// One index with its options.
+/// Index with its options.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Which index.
@@ -14,18 +14,18 @@ pub struct Case {
 }
 
 impl Case {
-    /// An index with the default options.
+    /// Takes an index with the default options.
     pub fn usual(kind: IndexKind) -> Self {
         Self { kind, options: Options::default(), setting: String::new() }
     }
 
-    /// An index with trees of cells up to a level.
+    /// Takes an index with trees of cells up to a level.
     pub fn at_level(kind: IndexKind, level: u32) -> Self {
         let options = Options { level: Level::AtMost(level), ..Options::default() };
         Self { kind, options, setting: format!("level {level}") }
     }
 
-    /// An index with grids of so many cells for each triangle.
+    /// Takes an index with grids of `density` cells for each triangle.
     pub fn at_density(kind: IndexKind, density: f32) -> Self {
         let resolution = Resolution::CellsPerTriangle(density);
         let options = Options { resolution, ..Options::default() };
@@ -33,7 +33,7 @@ impl Case {
     }
 }
 
-/// How much work a measurement may be.
+/// Work that a measurement may be.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
     /// Photons to each repetition, where the index is fast enough.
@@ -44,9 +44,11 @@ pub struct Effort {
     pub seconds: f64,
     /// Who gets fewer.
     pub share: Share,
+    /// What the photons are drawn with.
+    pub seed: u64,
 }
 
-/// What the cases of one measurement have in common.
+/// Photons that the cases of one measurement have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
     /// All answer the rays that the slowest can: for tables in which they stand side by side.
@@ -60,7 +62,7 @@ pub const PROBE_PHOTONS: u64 = 64;
 /// The fewest photons to a repetition.
 const LEAST_PHOTONS: u64 = 16;
 
-/// How many photons take about the time allowed, judged by counters, so that the choice is the same on
+/// Returns how many photons take about the time allowed, judged by counters, so that the choice is the same on
 /// every machine.
 ///
 /// The weights come from the linear scan (15 ns a test on the processor this was written on) and from
@@ -73,7 +75,7 @@ pub fn photons_within(effort: &Effort, probe: Counters, probe_rays: usize, probe
     effort.photons.min((affordable as u64).max(LEAST_PHOTONS))
 }
 
-/// Simple indices with their clustered counterparts. The registry lists each pair side by side.
+/// Lists simple indices with their clustered counterparts. The registry lists each pair side by side.
 pub fn pairs() -> impl Iterator<Item = (IndexKind, IndexKind)> {
     IndexKind::ALL.windows(2).filter_map(|pair| match *pair {
         [single, clustered] if !single.is_clustered() && clustered.is_clustered() => {
@@ -97,7 +99,8 @@ mod tests {
 
     #[test]
     fn slow_indices_get_fewer_photons() {
-        let effort = Effort { photons: 1_000, repetitions: 1, seconds: 0.1, share: Share::Own };
+        let effort =
+            Effort { photons: 1_000, repetitions: 1, seconds: 0.1, share: Share::Own, seed: 1 };
         let probe = |tests| Counters { nodes_visited: 0, triangle_tests: tests };
         assert_eq!(photons_within(&effort, probe(10), 1, 1), 1_000);
         assert_eq!(photons_within(&effort, probe(10_000_000), 1, 1), LEAST_PHOTONS);

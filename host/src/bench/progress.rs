@@ -4,12 +4,18 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A bar that counts measurements.
-pub fn step_bar(steps: u64, label: &str) -> ProgressBar {
-    bar(steps, label, "{prefix:>18} {bar:40} {pos}/{len}, {elapsed}, {eta} left")
+/// Called after each step of long work, from any thread.
+pub type Tick<'t> = &'t (dyn Fn() + Sync);
+
+/// Shows a bar while `work` is done, which calls what it is given `steps` times.
+pub fn with_bar<T>(steps: u64, label: &str, work: impl FnOnce(Tick<'_>) -> T) -> T {
+    let bar = bar(steps, label, "{prefix:>18} {bar:40} {pos}/{len}, {elapsed}, {eta} left");
+    let result = work(&|| bar.inc(1));
+    bar.finish_and_clear();
+    result
 }
 
-/// A bar that counts photons.
+/// Makes a bar that counts photons.
 pub fn photon_bar(photons: u64, label: &str) -> ProgressBar {
     bar(
         photons,

@@ -4,83 +4,72 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::measurement::Measurement;
 use super::provenance::Provenance;
-use super::run::Measurement;
 use crate::file_output::write_file;
 
-/// One measurement, complete with where it comes from.
-#[derive(Clone, Debug, Serialize)]
-pub struct Record {
-    /// What it was measured for.
-    pub study: String,
-    /// The scene.
-    pub scene: String,
-    /// How many triangles the scene has.
-    pub triangle_count: usize,
-    /// The index.
-    pub index: &'static str,
-    /// What is special about its options; empty for the defaults.
-    pub setting: String,
-    /// See [`Measurement`] for these.
-    pub build_seconds: f64,
-    /// The whole index, in bytes.
-    pub bytes: usize,
-    /// The index without the triangles, in bytes; with them where it keeps them in a form of its own.
-    pub subdivision_bytes: usize,
-    /// How many clusters.
-    pub cluster_count: u32,
-    /// The level of the deepest leaf.
-    pub deepest_level: u32,
-    /// Photons to each repetition.
-    pub photons: u64,
-    /// Their rays.
-    pub ray_count: usize,
-    /// By the median.
-    pub photons_per_second: f64,
-    /// By the median.
-    pub rays_per_second: f64,
-    /// Of a repetition.
-    pub seconds_median: f64,
-    /// Of the fastest repetition.
-    pub seconds_min: f64,
-    /// Of the slowest repetition.
-    pub seconds_max: f64,
-    /// How many repetitions.
-    pub repetitions: usize,
-    /// Per ray.
-    pub nodes_visited: f64,
-    /// Per ray.
-    pub triangle_tests: f64,
-    /// What the photons were drawn with.
-    pub seed: u64,
-    /// See [`Provenance`] for these.
-    pub processor: String,
-    /// The compiler.
-    pub rustc: &'static str,
-    /// What it compiled for.
-    pub target: &'static str,
-    /// How.
-    pub profile: &'static str,
-    /// With which flags beside.
-    pub flags: &'static str,
-    /// From which sources.
-    pub commit: String,
+/// Writes rows as comma-separated values below the names of their fields.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_csv(path: &Path, rows: impl IntoIterator<Item: Serialize>) -> anyhow::Result<()> {
+    write_file(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        for row in rows {
+            writer.serialize(row)?;
+        }
+        writer.flush()
+    })
 }
 
-/// Collects records of one run.
+/// Row of one [`Measurement`], complete with its [`Provenance`]; what was measured several times by the median.
+#[derive(Clone, Debug, Serialize)]
+struct IndexRecord {
+    study: String,
+    scene: String,
+    triangle_count: usize,
+    index: &'static str,
+    setting: String,
+    build_seconds: f64,
+    bytes: usize,
+    subdivision_bytes: usize,
+    cluster_count: u32,
+    deepest_level: u32,
+    photons: u64,
+    ray_count: usize,
+    photons_per_second: f64,
+    rays_per_second: f64,
+    seconds_median: f64,
+    seconds_min: f64,
+    seconds_max: f64,
+    repetitions: usize,
+    /// For each ray.
+    nodes_visited: f64,
+    /// For each ray.
+    triangle_tests: f64,
+    seed: u64,
+    processor: String,
+    rustc: &'static str,
+    target: &'static str,
+    profile: &'static str,
+    flags: &'static str,
+    commit: String,
+}
+
+/// Records of the measurements of one run.
 pub struct Recorder {
     provenance: Provenance,
     seed: u64,
-    records: Vec<Record>,
+    records: Vec<IndexRecord>,
 }
 
 impl Recorder {
-    /// An empty one.
+    /// Begins without records, for photons drawn with `seed`.
     pub fn new(seed: u64) -> Self {
         Self { provenance: Provenance::gather(), seed, records: Vec::new() }
     }
 
-    /// Where all records come from.
+    /// The provenance of all records.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }
@@ -89,7 +78,7 @@ impl Recorder {
     pub fn add(&mut self, study: &str, scene: &str, measurements: &[Measurement]) {
         for one in measurements {
             let from = &self.provenance;
-            self.records.push(Record {
+            self.records.push(IndexRecord {
                 study: study.to_owned(),
                 scene: scene.to_owned(),
                 triangle_count: one.triangle_count,
@@ -121,17 +110,11 @@ impl Recorder {
         }
     }
 
-    /// Writes all records as comma-separated values.
+    /// Writes all records.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn write_csv(&self, path: &Path) -> anyhow::Result<()> {
-        write_file(path, |file| {
-            let mut writer = csv::Writer::from_writer(file);
-            for record in &self.records {
-                writer.serialize(record)?;
-            }
-            writer.flush()
-        })
+        write_csv(path, &self.records)
     }
 }

@@ -9,6 +9,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 
 use super::output::bytes;
 use super::values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
+use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::during;
 use crate::owned_index::kind_by_name;
 use crate::scene::{self, Model, Origin, UpAxis};
@@ -129,7 +130,14 @@ impl BuildArguments {
 pub struct MeasureArguments {
     /// Photons to each repetition
     #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = whole::<u64>(1..=MOST_REPLAYED_PHOTONS))]
-    pub photons: u64,
+    photons: u64,
+    #[command(flatten)]
+    repeat: RepeatArguments,
+}
+
+/// How often the same is measured, and on which photons.
+#[derive(Args, Clone, Debug)]
+pub struct RepeatArguments {
     /// How often the rays are replayed
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>(1..=MOST_REPETITIONS))]
     pub repetitions: usize,
@@ -139,11 +147,18 @@ pub struct MeasureArguments {
 }
 
 impl MeasureArguments {
-    /// The command line that measures the same again.
+    /// Returns the effort asked for, if a repetition may take about `seconds`.
+    pub fn effort(&self, seconds: f64, share: Share) -> Effort {
+        let RepeatArguments { repetitions, seed } = self.repeat;
+        Effort { photons: self.photons, repetitions, seconds, share, seed }
+    }
+
+    /// Writes the command line that measures the same again.
     pub fn command(&self, name: &str) -> String {
+        let RepeatArguments { repetitions, seed } = self.repeat;
         format!(
-            "arboleda {name} --photons {} --repetitions {} --seed {}",
-            self.photons, self.repetitions, self.seed
+            "arboleda {name} --photons {} --repetitions {repetitions} --seed {seed}",
+            self.photons
         )
     }
 }

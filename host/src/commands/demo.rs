@@ -12,7 +12,7 @@ use super::shoot::{Comparison, paint_light, print_digests, print_rows};
 use super::values::{MOST_PHOTONS, file_ending_in, whole};
 use crate::OwnedIndex;
 use crate::bench::progress::during;
-use crate::bench::rays::{RaySet, SAMPLE_PHOTONS};
+use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
 use crate::file_output::check_writable;
 use crate::photon::{Counting, ShootOptions, Shot};
 use crate::report::Canvas;
@@ -50,7 +50,7 @@ impl Demo {
             counting: Counting::On,
             ..ShootOptions::default()
         };
-        let sample = RaySet::shoot(&model, SAMPLE_PHOTONS, options.seed)?;
+        let sample = Workload::of_photons(&model, SAMPLE_PHOTONS, options.seed)?;
         let scene = self.build.scene(&model).rays(sample.sample());
         let build = self.build.options();
         let rows = Comparison { model: &model, scene, build, options }.run(IndexKind::ALL)?;

@@ -6,7 +6,6 @@ mod arguments;
 mod cast;
 mod cluster_picture;
 mod compare;
-mod compare_peers;
 mod demo;
 mod flux_file;
 mod hit_files;
@@ -90,22 +89,28 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandLine, clap::Error> {
     let mut command = with_negative_values(CommandLine::command());
     let matches = command.try_get_matches_from_mut(arguments)?;
-    if let Some((name, _)) = matches.subcommand()
-        && let Some(option) = misplaced_option(&command, &matches)
-    {
-        let text = format!("--{option} before `{name}` has no effect; write it after `{name}`");
+    if let Some((argument, name)) = misplaced_argument(&command, &matches) {
+        let text = format!("{argument} before `{name}` has no effect; write it after `{name}`");
         return Err(command.error(ErrorKind::ArgumentConflict, text));
     }
     CommandLine::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// Finds the first option that stands before the name of a command and is not for all commands.
-fn misplaced_option<'c>(command: &'c clap::Command, matches: &ArgMatches) -> Option<&'c str> {
+/// Finds the first argument that stands before the name of a command and is not for all commands, and that name.
+fn misplaced_argument(command: &clap::Command, matches: &ArgMatches) -> Option<(String, String)> {
+    let (name, inner) = matches.subcommand()?;
     let given = |argument: &&clap::Arg| {
         let source = matches.value_source(argument.get_id().as_str());
         !argument.is_global_set() && source == Some(ValueSource::CommandLine)
     };
-    command.get_arguments().find(given)?.get_long()
+    match command.get_arguments().find(given) {
+        Some(argument) => {
+            let value = || argument.get_value_names()?.first().map(ToString::to_string);
+            let option = argument.get_long().map(|long| format!("--{long}"));
+            Some((option.or_else(value)?, name.to_owned()))
+        }
+        None => misplaced_argument(command.find_subcommand(name)?, inner),
+    }
 }
 
 /// Reads `-1` as the value of an option, not as an option that does not exist, so that the message names the range.

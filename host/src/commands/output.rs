@@ -2,8 +2,9 @@
 
 use std::io::{ErrorKind, Write};
 
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
-use comfy_table::{CellAlignment, Table, TableComponent};
+use comfy_table::Table;
+
+use crate::report::grid::terminal_table;
 
 /// Prints a line of the results.
 macro_rules! say {
@@ -26,16 +27,9 @@ pub fn print_line(line: std::fmt::Arguments<'_>) {
     }
 }
 
-/// A table whose first column is text and the others numbers.
+/// Makes a table whose first column is text and the others numbers.
 pub fn table(headings: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(UTF8_HORIZONTAL_ONLY).set_header(headings);
-    table.remove_style(TableComponent::HorizontalLines);
-    table.remove_style(TableComponent::MiddleIntersections);
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    table
+    terminal_table(headings, 1)
 }
 
 /// A count with commas: 1,234,567.

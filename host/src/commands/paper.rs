@@ -6,22 +6,25 @@ use clap::Args;
 
 use super::arguments::MeasureArguments;
 use super::output::{bytes, count, say, table};
-use super::separation::{record as record_separation, separation_effort};
+use super::separation;
 use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::step_bar;
+use crate::bench::progress::with_bar;
 use crate::bench::record::Recorder;
 use crate::file_output::make_folder;
 use crate::report::{PaperEvidence, paper_page};
 use crate::studies::paper::figure3::{self, Figure3};
 use crate::studies::paper::tables::{self, PUBLISHED, SceneTable};
-use crate::studies::separation;
 
-/// Measure the paper's figure 3 and tables 1 to 3 again, and compare
+/// The most photons in the study of clusters that move apart.
+const SEPARATION_PHOTONS: u64 = 30_000;
+
+/// Measure the paper's figure 3 and tables 1 to 3 again, and compare with its figures
 #[derive(Args)]
 pub struct Paper {
     #[command(flatten)]
     measure: MeasureArguments,
-    /// Write the page index.html and paper.csv to this folder
+    /// Write the page index.html and paper.csv to this folder; both also have the study `separation`, on at most
+    /// 30,000 photons
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -35,21 +38,15 @@ impl Paper {
         if let Some(folder) = &self.out {
             make_folder(folder)?;
         }
-        let effort = Effort {
-            photons: self.measure.photons,
-            repetitions: self.measure.repetitions,
-            seconds: 0.15,
-            share: Share::Common,
-        };
+        let effort = self.measure.effort(0.15, Share::Common);
         let own = Effort { share: Share::Own, ..effort };
         let steps = figure3::steps() + PUBLISHED.len() as u64 * tables::steps();
-        let bar = step_bar(steps, "paper");
-        let measured = figure3::run(&own, self.measure.seed, &mut || bar.inc(1))?;
-        let mut scenes = Vec::new();
-        for published in PUBLISHED {
-            scenes.push(tables::run(published, &effort, self.measure.seed, &|| bar.inc(1))?);
-        }
-        bar.finish_and_clear();
+        let (measured, scenes) = with_bar(steps, "paper", |progress| {
+            let measured = figure3::run(&own, progress)?;
+            let table = |published| tables::run(published, &effort, progress);
+            let scenes = PUBLISHED.into_iter().map(table).collect::<anyhow::Result<Vec<_>>>()?;
+            anyhow::Ok((measured, scenes))
+        })?;
         print_figure3(&measured);
         for table in &scenes {
             print_table(table);
@@ -60,14 +57,13 @@ impl Paper {
         }
     }
 
-    /// The page and the file.
+    /// Writes the page and the file.
     fn write(&self, folder: &Path, figure3: &Figure3, tables: &[SceneTable]) -> anyhow::Result<()> {
-        let bar = step_bar(separation::steps(), "separation");
-        let effort = separation_effort(self.measure.photons.min(30_000), self.measure.repetitions);
-        let apart = separation::run(&effort, self.measure.seed, &mut || bar.inc(1))?;
-        bar.finish_and_clear();
+        let effort = self.measure.effort(0.1, Share::Own);
+        let photons = effort.photons.min(SEPARATION_PHOTONS);
+        let apart = separation::measure(&Effort { photons, ..effort })?;
 
-        let mut recorder = Recorder::new(self.measure.seed);
+        let mut recorder = Recorder::new(effort.seed);
         recorder.add("figure 3", "fig3", &figure3.hierarchy);
         recorder.add("figure 3", "fig3", &figure3.single);
         for table in tables {
@@ -76,7 +72,7 @@ impl Paper {
                 recorder.add("tables 1 to 3", table.published.scene, &pair);
             }
         }
-        record_separation(&mut recorder, &apart);
+        separation::record(&mut recorder, &apart);
         let evidence = PaperEvidence {
             figure3,
             tables,

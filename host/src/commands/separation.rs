@@ -4,26 +4,20 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::arguments::MeasureArguments;
 use super::output::{bytes, count, say, table};
-use super::values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, whole};
 use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::step_bar;
+use crate::bench::progress::with_bar;
 use crate::bench::record::Recorder;
 use crate::file_output::check_writable;
 use crate::studies::separation::{self, SeparationRow};
 
 /// Compare each index with its hierarchy, on two clusters from touching to 10,000 times their size apart
 #[derive(Args)]
+#[command(mut_arg("photons", |photons| photons.default_value("50000")))]
 pub struct Separation {
-    /// Photons to each repetition
-    #[arg(long, value_name = "N", default_value_t = 50_000, value_parser = whole::<u64>(1..=MOST_REPLAYED_PHOTONS))]
-    photons: u64,
-    /// How often the rays are replayed
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>(1..=MOST_REPETITIONS))]
-    repetitions: usize,
-    /// Another seed gives other photons
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    measure: MeasureArguments,
     /// Write all measurements to a file
     #[arg(long, value_name = "FILE.csv")]
     csv: Option<PathBuf>,
@@ -38,13 +32,11 @@ impl Separation {
         if let Some(path) = &self.csv {
             check_writable(path)?;
         }
-        let effort = separation_effort(self.photons, self.repetitions);
-        let bar = step_bar(separation::steps(), "separation");
-        let rows = separation::run(&effort, self.seed, &mut || bar.inc(1))?;
-        bar.finish_and_clear();
+        let effort = self.measure.effort(SECONDS, Share::Own);
+        let rows = measure(&effort)?;
         print_rows(&rows);
         if let Some(path) = &self.csv {
-            let mut recorder = Recorder::new(self.seed);
+            let mut recorder = Recorder::new(effort.seed);
             record(&mut recorder, &rows);
             recorder.write_csv(path)?;
             log::info!("measurements: {}", path.display());
@@ -53,12 +45,20 @@ impl Separation {
     }
 }
 
-/// Each index answers what it can in the time: some are a thousand times slower at large gaps.
-pub fn separation_effort(photons: u64, repetitions: usize) -> Effort {
-    Effort { photons, repetitions, seconds: 0.1, share: Share::Own }
+/// About how long a repetition may take.
+const SECONDS: f64 = 0.1;
+
+/// Measures the study with a bar. Each index answers what it can in the time: some are a thousand times slower at large
+/// gaps.
+///
+/// # Errors
+/// If two indices do not agree.
+pub fn measure(effort: &Effort) -> anyhow::Result<Vec<SeparationRow>> {
+    let effort = Effort { seconds: SECONDS, share: Share::Own, ..*effort };
+    with_bar(separation::steps(), "separation", |progress| separation::run(&effort, progress))
 }
 
-/// Files all measurements.
+/// Adds all measurements to the records.
 pub fn record(recorder: &mut Recorder, rows: &[SeparationRow]) {
     for row in rows {
         let scene = format!("fig3 at {} sizes", row.gap);

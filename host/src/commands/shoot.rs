@@ -11,7 +11,7 @@ use super::flux_file::write_flux;
 use super::output::{bytes, count, duration, say, table};
 use super::values::{MOST_PHOTONS, file_ending_in, threads, whole};
 use crate::bench::progress::{during, photon_bar};
-use crate::bench::rays::{RaySet, SAMPLE_PHOTONS};
+use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
 use crate::file_output::check_writable;
 use crate::photon::{Counting, Digest, Emitter, ShootOptions, Shot, shoot};
 use crate::report::{Canvas, paint_irradiance};
@@ -138,10 +138,10 @@ impl Shoot {
         // Without light there are no rays, and nothing to go by but the scene.
         let sample = self.index.uses_rays().then(|| {
             let photons = SAMPLE_PHOTONS.min(self.photons);
-            during("sampling", || RaySet::shoot(&model, photons, self.seed).ok())
+            during("sampling", || Workload::of_photons(&model, photons, self.seed).ok())
         });
         let sample = sample.flatten();
-        let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], RaySet::sample));
+        let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], Workload::sample));
         // A photon's first ray and, with the usual reflectances, one bounce.
         let scene = scene.expecting(self.photons.saturating_mul(2));
         let kinds = self.index.kinds(&scene, &self.build.options())?;

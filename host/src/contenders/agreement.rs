@@ -5,10 +5,13 @@
 
 use arboleda::Hit;
 
+use super::contender::{Answers, Mode};
+use crate::bench::workload::Workload;
+
 /// The relative difference of `t` from which on it counts.
 const TOLERANCE: f32 = 1e-4;
 
-/// Answers that differ, by kind.
+/// Numbers of answers that differ, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Disagreements {
     /// There is a hit and none was found.
@@ -22,8 +25,15 @@ pub struct Disagreements {
 }
 
 impl Disagreements {
-    /// Compares closest hits.
-    pub fn of_hits(exact: &[Hit], answers: &[Hit]) -> Self {
+    /// Compares the answers to a workload in one mode.
+    pub fn of(workload: &Workload, mode: Mode, answers: &Answers) -> Self {
+        match mode {
+            Mode::Occluded => Self::of_occlusion(&workload.occluded, &answers.occluded),
+            Mode::Single | Mode::Batch => Self::of_hits(&workload.hits, &answers.hits),
+        }
+    }
+
+    fn of_hits(exact: &[Hit], answers: &[Hit]) -> Self {
         let mut count = Self::default();
         for (exact, answer) in exact.iter().zip(answers) {
             match (exact.is_none(), answer.is_none()) {
@@ -44,8 +54,7 @@ impl Disagreements {
         count
     }
 
-    /// Compares occlusion.
-    pub fn of_occlusion(exact: &[bool], answers: &[bool]) -> Self {
+    fn of_occlusion(exact: &[bool], answers: &[bool]) -> Self {
         let mut count = Self::default();
         for pair in exact.iter().zip(answers) {
             match pair {
@@ -57,12 +66,12 @@ impl Disagreements {
         count
     }
 
-    /// Those that are not ties.
+    /// Counts those that are not ties.
     pub fn wrong(&self) -> usize {
         self.missed + self.phantom + self.elsewhere
     }
 
-    /// All together.
+    /// Counts all.
     pub fn total(&self) -> usize {
         self.wrong() + self.tied
     }
@@ -70,7 +79,7 @@ impl Disagreements {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contender::found as hit;
+    use super::super::peer::found as hit;
     use super::*;
 
     #[test]

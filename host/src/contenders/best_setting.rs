@@ -3,11 +3,11 @@
 //! Which preset or instruction set is best depends on the scene and the processor. Ours have no such
 //! choice to make: they compete with their default options.
 
-use arboleda::{Hit, Ray, Triangle};
-use cpu_time::ThreadTime;
+use arboleda::{Ray, Triangle};
 
-use super::PeerError;
-use super::contender::{Built, Peer, Setting};
+use super::contender::Mode;
+use super::{BuiltPeer, Peer, PeerError, Setting};
+use crate::bench::timing::{Turn, time};
 
 /// How often each setting answers the sample; the fastest time counts.
 const PASSES: usize = 4;
@@ -19,13 +19,12 @@ const CLEARLY_FASTER: f64 = 0.97;
 ///
 /// # Errors
 /// That of the last setting, if none could be built.
-pub fn best(
+pub fn best_setting(
     peer: &Peer,
     triangles: &[Triangle],
     sample: &[Ray],
-) -> Result<(&'static Setting, Built<'static>), PeerError> {
-    let mut hits = vec![Hit::NONE; sample.len()];
-    let mut best: Option<(f64, &Setting, Built<'static>)> = None;
+) -> Result<(&'static Setting, BuiltPeer), PeerError> {
+    let mut best: Option<(f64, &Setting, BuiltPeer)> = None;
     let mut problem = None;
     for setting in peer.settings {
         let built = match setting.build(triangles) {
@@ -35,13 +34,9 @@ pub fn best(
                 continue;
             }
         };
-        let seconds = (0..PASSES)
-            .map(|_| {
-                let start = ThreadTime::now();
-                built.contender.closest_hits(sample, &mut hits);
-                start.elapsed().as_secs_f64()
-            })
-            .fold(f64::INFINITY, f64::min);
+        let turn = Turn { contender: &*built.contender, mode: Mode::Single, rays: sample };
+        let passes = time(&[turn], PASSES, &|| {});
+        let seconds = passes.into_iter().flatten().fold(f64::INFINITY, f64::min);
         if best.as_ref().is_none_or(|(fastest, ..)| seconds < fastest * CLEARLY_FASTER) {
             best = Some((seconds, setting, built));
         }

@@ -1,23 +1,12 @@
-//! What a library has to do to be compared.
+//! What can be measured: anything that answers a slice of rays.
 //!
 //! A contender answers a whole slice in one call, so that its loop is compiled with its own code and
 //! no indirect call is paid for each ray. It gets the rays as [`Ray`]s and fills in its own kind of
 //! ray inside the loop, as any program that uses it would.
 
-use std::fmt::Display;
+use arboleda::{Hit, Ray};
 
-use arboleda::{Hit, Ray, Triangle, TriangleId};
-
-use super::PeerError;
-
-/// What a library found, by the place of the triangle in the scene and the parameter in lengths of the
-/// ray's direction. The barycentric coordinates are not compared.
-#[inline]
-pub(crate) fn found(triangle: u32, t: f32) -> Hit {
-    Hit { triangle: TriangleId(triangle), t, u: 0.0, v: 0.0 }
-}
-
-/// A built index of someone's, on the thread that calls.
+/// Built index of anyone's, on the thread that calls.
 ///
 /// All rays begin at `t_min = 0`: half of the libraries know no other. Slices of results are as long
 /// as the slices of rays.
@@ -26,10 +15,10 @@ pub trait Contender {
     /// be found out. The application's mesh is not its own.
     fn bytes(&self) -> Option<usize>;
 
-    /// The closest hit of each ray, one ray at a time.
+    /// Finds the closest hit of each ray, one ray at a time.
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
 
-    /// Whether anything is hit up to `t_max`, by the fastest way there is for many rays.
+    /// Tells whether anything is hit up to `t_max`, by the fastest way there is for many rays.
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]);
 
     /// The way to answer several rays together, if there is one.
@@ -38,48 +27,54 @@ pub trait Contender {
     }
 }
 
-/// A contender that can answer several rays together.
+/// Contender that can answer several rays together.
 pub trait Batch {
-    /// The closest hit of each ray.
+    /// Finds the closest hit of each ray.
     fn closest_hits_together(&self, rays: &[Ray], hits: &mut [Hit]);
 }
 
-/// A contender and how long it took to build.
-pub struct Built<'a> {
-    /// The index.
-    pub contender: Box<dyn Contender + 'a>,
-    /// From triangles in the form that the library wants to an index that answers; on one thread.
-    pub build_seconds: f64,
+/// Question to a contender, and the way in which it is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Closest hits, one ray at a time.
+    Single,
+    /// Closest hits, several rays together.
+    Batch,
+    /// Whether anything is hit, by the fastest way.
+    Occluded,
 }
 
-/// One way to build a contender.
-#[derive(Clone, Copy, Debug)]
-pub struct Setting {
-    /// For tables; in the words of the library.
-    pub name: &'static str,
-    pub(crate) build: fn(&[Triangle]) -> Result<Built<'static>, PeerError>,
+impl Mode {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 3] = [Self::Single, Self::Batch, Self::Occluded];
 }
 
-impl Setting {
-    /// Builds it.
-    ///
-    /// # Errors
-    /// The library is not there or refuses the triangles.
-    pub fn build(&self, triangles: &[Triangle]) -> Result<Built<'static>, PeerError> {
-        (self.build)(triangles)
+/// Room for answers, at least one for each ray.
+pub struct Answers {
+    /// Of closest-hit rays.
+    pub hits: Vec<Hit>,
+    /// Of occlusion rays.
+    pub occluded: Vec<bool>,
+}
+
+impl Answers {
+    /// Makes room for the answers to `count` rays.
+    pub fn room(count: usize) -> Self {
+        Self { hits: vec![Hit::NONE; count], occluded: vec![false; count] }
     }
 }
 
-/// A library, with those of its settings that may be the fastest.
-#[derive(Clone, Copy, Debug)]
-pub struct Peer {
-    /// For tables and command lines.
-    pub name: &'static str,
-    /// Which is best depends on the scene and the processor; see [`super::best_setting`].
-    pub settings: &'static [Setting],
-}
-
-/// Turns any error of a library into one of ours.
-pub(crate) fn refused(library: &'static str, reason: impl Display) -> PeerError {
-    PeerError::Refused { library, reason: reason.to_string() }
+impl dyn Contender + '_ {
+    /// Answers all rays in one mode; `false` if it has no such mode.
+    pub fn answer(&self, mode: Mode, rays: &[Ray], answers: &mut Answers) -> bool {
+        let hits = &mut answers.hits[..rays.len()];
+        match (mode, self.batch()) {
+            (Mode::Single, _) => self.closest_hits(rays, hits),
+            (Mode::Batch, Some(batch)) => batch.closest_hits_together(rays, hits),
+            (Mode::Batch, None) => return false,
+            (Mode::Occluded, _) => self.occluded(rays, &mut answers.occluded[..rays.len()]),
+        }
+        true
+    }
 }

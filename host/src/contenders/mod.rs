@@ -1,11 +1,11 @@
-//! Other people's ray intersection libraries, each at its best, in one ring with ours.
+//! What can be measured: the indices of `arboleda`, and other people's libraries, each at its best.
 //!
 //! ```text
-//! contender <- embree, obvhs, parry3d, bvh, tinybvh, ours
-//!     |
-//! workload -> tune (best setting of each) -> agreement (answers, leaks) -> ring (timing) -+
-//!             \------------------------- comparison (one scene) ------------------------/ |
-//! growth (scenes by size) -> comparison      report (tables, CSV), page (peers.md) <-------+
+//! contender (answers rays in a mode) <- ours
+//!     ^
+//!     +-- peer (a library and its settings) <- libraries: embree, obvhs, parry3d, bvh, tinybvh
+//!              |
+//!         best_setting (the fastest on a scene), agreement (how far the answers are from the exact ones)
 //! ```
 //! What is fair and what is not: all on one thread, rays in processor time; the answers are looked at
 //! before anything is timed; contenders take turns; every ray is converted from [`arboleda::Ray`] inside
@@ -16,40 +16,21 @@
 
 pub mod agreement;
 pub mod best_setting;
-pub(crate) mod contender;
+pub mod contender;
 mod error;
-pub(crate) mod libraries;
-pub(crate) mod ours;
+#[cfg(feature = "peers")]
+mod libraries;
+pub mod mesh;
+pub mod ours;
+pub mod peer;
 #[cfg(test)]
 mod tests;
 
-use arboleda::Triangle;
-
-pub use contender::{Batch, Built, Contender, Peer, Setting};
 pub use error::PeerError;
-use libraries::{bvh, embree, obvhs, parry3d, tinybvh};
+#[cfg(feature = "peers")]
+pub use libraries::PEERS;
+pub use peer::{BuiltPeer, Peer, Setting};
 
-/// Embree as its users have it by default: what builds and growth are compared with.
-pub const EMBREE_MEDIUM: Peer = embree::MEDIUM;
-
-/// All libraries.
-pub const PEERS: &[Peer] = &[
-    EMBREE_MEDIUM,
-    embree::HIGH,
-    embree::ROBUST,
-    embree::COMPACT,
-    obvhs::PEER,
-    parry3d::PEER,
-    bvh::PEER,
-    tinybvh::PEER,
-];
-
-/// Builds a library's index by the first of its settings.
-///
-/// # Errors
-/// There is no such library, or it cannot be used here.
-pub fn build(name: &str, triangles: &[Triangle]) -> Result<Built<'static>, PeerError> {
-    let setting =
-        PEERS.iter().find(|peer| peer.name == name).and_then(|peer| peer.settings.first());
-    setting.ok_or_else(|| PeerError::unknown(name))?.build(triangles)
-}
+/// No library: this program was built without the feature `peers`.
+#[cfg(not(feature = "peers"))]
+pub const PEERS: &[Peer] = &[];

@@ -1,11 +1,11 @@
-//! The indices of `arboleda`, in the same ring as the others.
+//! The indices of `arboleda`, as contenders among the others.
 
 use arboleda::kinds::Representation;
 use arboleda::{AnyIndex, Hit, Index, IndexKind, Ray, RayIndex};
 
 use super::contender::{Batch, Contender};
 
-/// The name of an index of ours among the contenders: its own, unless a library has that.
+/// Names an index of ours among the contenders: as usual, unless a library has that name.
 pub fn name(kind: IndexKind) -> &'static str {
     match kind {
         IndexKind::Bvh => "arboleda-bvh",
@@ -13,34 +13,35 @@ pub fn name(kind: IndexKind) -> &'static str {
     }
 }
 
-/// Whether an index of ours is looked at as it is meant to be used: beside an indexed mesh that the application
+/// Tells whether an index of ours is measured as it is meant to be used: beside an indexed mesh that the application
 /// keeps, and without a copy of the triangles.
-pub(crate) fn is_beside(kind: IndexKind) -> bool {
+pub fn is_beside(kind: IndexKind) -> bool {
     matches!(kind, IndexKind::LeanBvh | IndexKind::LeanBvhHierarchy)
 }
 
-/// An index of ours whose kind is known where the loops are compiled, as the others' is.
-struct Ours<I>(I);
+/// Index of ours. For [`AnyIndex`], each ray pays for finding out its kind: the same for all kinds, where they are
+/// compared with each other.
+pub struct Ours<I>(pub I);
 
-/// Takes an index as it was read from its arena.
+/// Takes an index whose kind is to be known where the loops are compiled, as the libraries' is.
 ///
-/// The kinds made for speed, and those that Embree is compared with by default, are looked at directly;
-/// the rest pays for an indirect call each ray.
-pub fn contender(index: AnyIndex<'_>) -> Box<dyn Contender + '_> {
-    fn direct<'a, R: Representation>(index: Index<'a, R>) -> Box<dyn Contender + 'a> {
+/// That holds for the kinds made for speed, and for those that libraries are compared with by default; the others are
+/// as [`Ours`] of any index.
+pub fn direct(index: AnyIndex<'_>) -> Box<dyn Contender + '_> {
+    fn known<'a, R: Representation>(index: Index<'a, R>) -> Box<dyn Contender + 'a> {
         Box::new(Ours(index))
     }
     match index {
-        AnyIndex::Octree(index) => direct(index),
-        AnyIndex::OctreeHierarchy(index) => direct(index),
-        AnyIndex::Bvh(index) => direct(index),
-        AnyIndex::BvhHierarchy(index) => direct(index),
-        AnyIndex::WideBvh(index) => direct(index),
-        AnyIndex::WideBvhHierarchy(index) => direct(index),
-        AnyIndex::CompactBvh(index) => direct(index),
-        AnyIndex::CompactBvhHierarchy(index) => direct(index),
-        AnyIndex::LeanBvh(index) => direct(index),
-        AnyIndex::LeanBvhHierarchy(index) => direct(index),
+        AnyIndex::Octree(index) => known(index),
+        AnyIndex::OctreeHierarchy(index) => known(index),
+        AnyIndex::Bvh(index) => known(index),
+        AnyIndex::BvhHierarchy(index) => known(index),
+        AnyIndex::WideBvh(index) => known(index),
+        AnyIndex::WideBvhHierarchy(index) => known(index),
+        AnyIndex::CompactBvh(index) => known(index),
+        AnyIndex::CompactBvhHierarchy(index) => known(index),
+        AnyIndex::LeanBvh(index) => known(index),
+        AnyIndex::LeanBvhHierarchy(index) => known(index),
         other => Box::new(Ours(other)),
     }
 }

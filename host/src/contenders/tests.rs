@@ -3,13 +3,13 @@
 use arboleda::{Hit, IndexKind, Options, Ray, Vec3};
 
 use super::agreement::Disagreements;
+use super::contender::{Answers, Mode};
 use super::*;
 use crate::OwnedIndex;
-use crate::bench::ring::{Answers, Mode, answer};
 use crate::bench::workload::Workload;
 use crate::report::peers_table::write_csv;
 use crate::scene::builtin;
-use crate::studies::peers::{ComparisonOptions, compare};
+use crate::studies::peers::{PeerOptions, run};
 
 /// A share of answers that rounding may spoil. The cubes and the floor of the built-in scenes have
 /// many rays along edges; ties are counted apart.
@@ -19,9 +19,12 @@ const WRONG_SHARE: f64 = 0.01;
 fn all_agree_with_ours() {
     let model = builtin::require("fig2").unwrap();
     let judge = OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
-    let workload = Workload::new(&model, judge.index().as_ray_index(), 5_000, 7);
-    assert_eq!(workload.rays.len(), 5_000);
-    let mut answers = Answers::room(workload.rays.len());
+    let judge = judge.index();
+    let workload = Workload::of_rays(&model, judge.as_ray_index(), 5_000, 7)
+        .with_shadow_rays(judge.as_ray_index());
+    let count = workload.hits.len();
+    assert_eq!(count, 5_000);
+    let mut answers = Answers::room(count);
     for peer in PEERS {
         for setting in peer.settings {
             let built = match setting.build(&model.triangles) {
@@ -33,17 +36,12 @@ fn all_agree_with_ours() {
                 built => built.unwrap(),
             };
             for mode in Mode::ALL {
-                if !answer(built.contender.as_ref(), mode, &workload, &mut answers) {
+                if !built.contender.answer(mode, workload.rays(mode), &mut answers) {
                     continue;
                 }
-                let wrong = match mode {
-                    Mode::Occluded => {
-                        Disagreements::of_occlusion(&workload.occluded, &answers.occluded)
-                    }
-                    _ => Disagreements::of_hits(&workload.hits, &answers.hits),
-                };
-                let share = wrong.wrong() as f64 / workload.rays.len() as f64;
-                let name = (peer.name, setting.name, mode.name());
+                let wrong = Disagreements::of(&workload, mode, &answers);
+                let share = wrong.wrong() as f64 / count as f64;
+                let name = (peer.name, setting.name, mode);
                 assert!(share <= WRONG_SHARE, "{name:?}: {wrong:?}");
             }
             assert_ne!(built.contender.bytes(), Some(0));
@@ -74,22 +72,23 @@ fn rays_along_axes_hit() {
 #[test]
 fn ours_do_not_disagree_or_leak() {
     let model = builtin::require("sphere").unwrap();
-    let options = ComparisonOptions {
+    let options = PeerOptions {
         ray_count: 2_000,
         rounds: 1,
         leak_ray_count: 2_000,
         peers: &[],
-        ..ComparisonOptions::default()
+        ..PeerOptions::default()
     };
-    let comparison = compare(&model, &options, &mut || ()).unwrap();
+    let comparison = run(&model, &options, &|| {}).unwrap();
     assert_eq!(comparison.rows.len(), 3 * options.kinds.len());
     for row in &comparison.rows {
         assert_eq!((row.disagreements.total(), row.leaks), (0, Some(0)), "{}", row.contender);
     }
 
-    let mut csv = Vec::new();
-    write_csv(&mut csv, &comparison.rows).unwrap();
-    let csv = String::from_utf8(csv).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("compare.csv");
+    write_csv(&path, &comparison.rows).unwrap();
+    let csv = std::fs::read_to_string(path).unwrap();
     assert_eq!(
         csv.lines().next(),
         Some(
@@ -98,10 +97,4 @@ fn ours_do_not_disagree_or_leak() {
         )
     );
     assert_eq!(csv.lines().count(), comparison.rows.len() + 1);
-}
-
-#[test]
-fn an_unknown_library_is_answered_with_the_names() {
-    let message = build("raytracer", &[]).err().unwrap().to_string();
-    assert!(message.starts_with("there is no contender `raytracer`; there are: embree4-medium"));
 }

@@ -3,9 +3,9 @@
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{CellAlignment, Table, TableComponent};
 
-/// Why a cell stands out.
+/// Reason why a cell stands out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Mark {
+pub enum Mark {
     /// It does not.
     #[default]
     Plain,
@@ -15,50 +15,52 @@ pub(crate) enum Mark {
     Loses,
 }
 
-/// A cell.
+/// Text of a cell, and how it stands out.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Cell {
-    pub(crate) text: String,
-    pub(crate) mark: Mark,
+pub struct Cell {
+    /// What it says.
+    pub text: String,
+    /// How it stands out.
+    pub mark: Mark,
 }
 
 impl Cell {
-    pub(crate) fn new(text: impl Into<String>) -> Self {
+    /// Makes a plain cell.
+    pub fn new(text: impl Into<String>) -> Self {
         Self { text: text.into(), mark: Mark::Plain }
     }
 
-    /// What is not known.
-    pub(crate) fn unknown() -> Self {
+    /// Makes a cell for what is not known.
+    pub fn unknown() -> Self {
         Self::new("-")
     }
 
-    /// A number, or that it is not known.
-    pub(crate) fn number(value: Option<f64>, places: usize) -> Self {
+    /// Makes a cell of a number, or that it is not known.
+    pub fn number(value: Option<f64>, places: usize) -> Self {
         value.map_or_else(Self::unknown, |value| Self::new(format!("{value:.places$}")))
     }
 
-    pub(crate) fn marked(self, mark: Mark) -> Self {
+    /// Marks the cell.
+    #[must_use]
+    pub fn marked(self, mark: Mark) -> Self {
         Self { mark, ..self }
     }
 }
 
-/// Columns with headings; the first are text, the others numbers.
-pub(crate) struct Grid {
-    pub(crate) headings: Vec<String>,
-    pub(crate) text_columns: usize,
-    pub(crate) lines: Vec<Vec<Cell>>,
+/// Table by columns with headings; the first are text, the others numbers.
+pub struct Grid {
+    /// One for each column.
+    pub headings: Vec<String>,
+    /// How many of the columns are text.
+    pub text_columns: usize,
+    /// As many cells each as there are columns.
+    pub lines: Vec<Vec<Cell>>,
 }
 
 impl Grid {
-    /// For a terminal: `*` before the best, `!` before what loses.
-    pub(crate) fn terminal(&self) -> Table {
-        let mut table = Table::new();
-        table.load_preset(UTF8_HORIZONTAL_ONLY).set_header(&self.headings);
-        table.remove_style(TableComponent::HorizontalLines);
-        table.remove_style(TableComponent::MiddleIntersections);
-        for column in table.column_iter_mut().skip(self.text_columns) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+    /// Draws the table for a terminal: `*` before the best, `!` before what loses.
+    pub fn terminal(&self) -> Table {
+        let mut table = terminal_table(&self.headings, self.text_columns);
         for line in &self.lines {
             table.add_row(line.iter().map(|Cell { text, mark }| match mark {
                 Mark::Plain => text.clone(),
@@ -69,8 +71,8 @@ impl Grid {
         table
     }
 
-    /// For a page: the best in bold, "(loses)" after what loses.
-    pub(crate) fn markdown(&self) -> String {
+    /// Writes the table as Markdown: the best in bold, "(loses)" after what loses.
+    pub fn markdown(&self) -> String {
         let mut text = String::new();
         let mut line = |cells: Vec<String>| {
             text.push_str("| ");
@@ -90,6 +92,18 @@ impl Grid {
         }
         text
     }
+}
+
+/// Makes an empty table for a terminal, whose first columns are text and the others numbers.
+pub fn terminal_table<T: ToString>(headings: &[T], text_columns: usize) -> Table {
+    let mut table = Table::new();
+    table.load_preset(UTF8_HORIZONTAL_ONLY).set_header(headings.iter().map(T::to_string));
+    table.remove_style(TableComponent::HorizontalLines);
+    table.remove_style(TableComponent::MiddleIntersections);
+    for column in table.column_iter_mut().skip(text_columns) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
 }
 
 #[cfg(test)]

@@ -3,14 +3,11 @@
 mod camera;
 mod canvas;
 mod compare_page;
-#[cfg(feature = "peers")]
-pub(crate) mod grid;
+pub mod grid;
 pub mod html;
 mod paper_page;
 mod paper_words;
-#[cfg(feature = "peers")]
-pub mod peers_page;
-#[cfg(feature = "peers")]
+mod peers_page;
 pub mod peers_table;
 mod picture;
 pub mod plot;
@@ -20,4 +17,5 @@ pub use camera::{Camera, UpAxis};
 pub use canvas::{Canvas, Colour};
 pub use compare_page::{CompareEvidence, compare_page};
 pub use paper_page::{PaperEvidence, paper_page};
+pub use peers_page::{PeersEvidence, absent, peers_page};
 pub use picture::{cluster_colour, heat, paint_clusters, paint_irradiance};

@@ -3,14 +3,13 @@
 use std::fmt::Write;
 
 use super::grid::{Cell, Grid, Mark};
-use super::peers_table as report;
+use super::peers_table::{self as tables, bytes_per_triangle, fastest};
 use crate::bench::provenance::Provenance;
-use crate::bench::ring::Mode;
-use crate::studies::peers::{Comparison, Row};
-use crate::studies::peers_growth as growth;
+use crate::contenders::contender::Mode;
+use crate::studies::peers::{PeerComparison, PeerRow};
 
-/// What the page is written from.
-pub struct Evidence<'e> {
+/// All that the page shows.
+pub struct PeersEvidence<'e> {
     /// How to get the same figures.
     pub command: &'e str,
     /// On what.
@@ -20,14 +19,14 @@ pub struct Evidence<'e> {
     /// The index of ours that is held against the others in the first table.
     pub ours: &'e str,
     /// The scenes.
-    pub comparisons: &'e [Comparison],
+    pub comparisons: &'e [PeerComparison],
     /// The scenes by size; may be empty.
-    pub growth: &'e [Comparison],
+    pub growth: &'e [PeerComparison],
 }
 
-/// The page.
-pub fn page(evidence: &Evidence<'_>) -> String {
-    let Evidence { command, provenance, effort, ours, comparisons, growth } = evidence;
+/// Writes the page as Markdown.
+pub fn peers_page(evidence: &PeersEvidence<'_>) -> String {
+    let PeersEvidence { command, provenance, effort, ours, comparisons, growth } = evidence;
     let mut sections = vec![format!(
         "# Arboleda against other libraries\n\n`{command}`\n\n{}\n\n{effort}. One thread, rays in processor \
          time; contenders take turns; answers are compared before anything is timed.\n",
@@ -39,18 +38,18 @@ pub fn page(evidence: &Evidence<'_>) -> String {
              answer in the mode named.\n\n{}",
             goals(comparisons, ours).markdown()
         ));
-        sections.push(format!("## Scenes\n\n{}.\n", report::LEGEND));
+        sections.push(format!("## Scenes\n\n{}.\n", tables::SCENE_LEGEND));
     }
     for comparison in *comparisons {
-        let Comparison { scene, triangle_count, .. } = comparison;
-        let table = report::grid(comparison).markdown();
+        let PeerComparison { scene, triangle_count, .. } = comparison;
+        let table = tables::scene_grid(comparison).markdown();
         sections.push(format!("### {scene}, {triangle_count} triangles\n\n{table}"));
     }
     if !growth.is_empty() {
-        let table = growth::grid(growth).markdown();
-        sections.push(format!("## Growth\n\n{}.\n\n{table}", growth::LEGEND));
+        let table = tables::growth_grid(growth).markdown();
+        sections.push(format!("## Growth\n\n{}.\n\n{table}", tables::GROWTH_LEGEND));
     }
-    let all: Vec<&Comparison> = comparisons.iter().chain(*growth).collect();
+    let all: Vec<&PeerComparison> = comparisons.iter().chain(*growth).collect();
     let absent = absent(&all);
     if !absent.is_empty() {
         let mut section = "## Absent\n\n".to_owned();
@@ -62,8 +61,8 @@ pub fn page(evidence: &Evidence<'_>) -> String {
     sections.join("\n")
 }
 
-/// Who could not take part and why, a line for each reason.
-pub fn absent(comparisons: &[&Comparison]) -> Vec<String> {
+/// Lists who could not take part and why, a line for each reason.
+pub fn absent(comparisons: &[&PeerComparison]) -> Vec<String> {
     let mut reasons: Vec<(String, Vec<&str>, Vec<&str>)> = Vec::new();
     for comparison in comparisons {
         for (name, error) in &comparison.absent {
@@ -90,10 +89,10 @@ pub fn absent(comparisons: &[&Comparison]) -> Vec<String> {
     reasons.into_iter().map(line).collect()
 }
 
-/// What is compared, and how it is read from a scene and the name of ours.
-type Goal = (&'static str, fn(&Comparison, &str) -> Cell);
+/// Name of a comparison, and how it is read from a scene and the name of ours.
+type Goal = (&'static str, fn(&PeerComparison, &str) -> Cell);
 
-/// What is held against what; the goals of the project, one line each.
+/// Comparisons with the others: the goals of the project, one line each.
 const GOALS: [Goal; 11] = [
     ("closest hit, batch / fastest Embree", |c, ours| embree(c, ours, Mode::Batch)),
     ("closest hit, single / fastest Embree, single", |c, ours| embree(c, ours, Mode::Single)),
@@ -108,8 +107,8 @@ const GOALS: [Goal; 11] = [
     ("leaks, and those of the fastest Embree and of Embree robust", leaks),
 ];
 
-/// Ours against the others, a column for each scene.
-fn goals(comparisons: &[Comparison], ours: &str) -> Grid {
+/// Makes the table of ours against the others, a column for each scene.
+fn goals(comparisons: &[PeerComparison], ours: &str) -> Grid {
     let scenes = comparisons.iter().map(|comparison| comparison.scene.clone());
     let line = |(name, of): Goal| {
         let cells = comparisons.iter().map(|comparison| of(comparison, ours));
@@ -122,37 +121,37 @@ fn goals(comparisons: &[Comparison], ours: &str) -> Grid {
     }
 }
 
-/// A ratio that loses below 1.
+/// Fills a cell with a ratio, which loses below 1.
 fn ratio(ours: Option<f64>, theirs: Option<f64>) -> Cell {
     let ratio = ours.zip(theirs).map(|(ours, theirs)| ours / theirs);
     let loses = ratio.is_some_and(|ratio| ratio < 1.0);
     Cell::number(ratio, 2).marked(if loses { Mark::Loses } else { Mark::Plain })
 }
 
-fn speed(comparison: &Comparison, contender: &str, mode: Mode) -> Option<f64> {
-    report::fastest(&comparison.rows, |row| row.contender == contender && row.mode == mode)
+fn speed(comparison: &PeerComparison, contender: &str, mode: Mode) -> Option<f64> {
+    fastest(&comparison.rows, |row| row.contender == contender && row.mode == mode)
 }
 
-fn embree(comparison: &Comparison, ours: &str, mode: Mode) -> Cell {
-    ratio(speed(comparison, ours, mode), report::embree(&comparison.rows, mode))
+fn embree(comparison: &PeerComparison, ours: &str, mode: Mode) -> Cell {
+    ratio(speed(comparison, ours, mode), tables::embree(&comparison.rows, mode))
 }
 
-fn library(comparison: &Comparison, ours: &str, theirs: &str) -> Cell {
+fn library(comparison: &PeerComparison, ours: &str, theirs: &str) -> Cell {
     let single = |name| speed(comparison, name, Mode::Single);
     ratio(single(ours), single(theirs))
 }
 
-fn any_row<'c>(comparison: &'c Comparison, contender: &str) -> Option<&'c Row> {
+fn any_row<'c>(comparison: &'c PeerComparison, contender: &str) -> Option<&'c PeerRow> {
     comparison.rows.iter().find(|row| row.contender == contender)
 }
 
-fn build(comparison: &Comparison, ours: &str) -> Cell {
+fn build(comparison: &PeerComparison, ours: &str) -> Cell {
     let per_second = |name| any_row(comparison, name).map(|row| 1.0 / row.build_seconds);
     ratio(per_second(ours), per_second(EMBREE))
 }
 
-fn bytes(comparison: &Comparison, ours: &str) -> Cell {
-    let bytes = |name| any_row(comparison, name).and_then(report::bytes_per_triangle);
+fn bytes(comparison: &PeerComparison, ours: &str) -> Cell {
+    let bytes = |name| any_row(comparison, name).and_then(bytes_per_triangle);
     let (ours, theirs) = (bytes(ours), bytes(EMBREE));
     let loses = ours.zip(theirs).is_some_and(|(ours, theirs)| ours > theirs);
     let [ours, theirs] = [ours, theirs].map(|bytes| Cell::number(bytes, 0).text);
@@ -160,16 +159,16 @@ fn bytes(comparison: &Comparison, ours: &str) -> Cell {
 }
 
 /// The Embree whose build and memory are compared with.
-const EMBREE: &str = crate::contenders::EMBREE_MEDIUM.name;
+const EMBREE: &str = "embree4-medium";
 
-/// The contender of the fastest single rays among Embrees.
-fn fastest_embree(comparison: &Comparison) -> &str {
-    let fastest = report::embree(&comparison.rows, Mode::Single);
-    let is_it = |row: &&Row| Some(row.speed.median) == fastest && row.mode == Mode::Single;
+/// Finds the contender of the fastest single rays among Embrees.
+fn fastest_embree(comparison: &PeerComparison) -> &str {
+    let best = tables::embree(&comparison.rows, Mode::Single);
+    let is_it = |row: &&PeerRow| Some(row.speed.median) == best && row.mode == Mode::Single;
     comparison.rows.iter().find(is_it).map_or(EMBREE, |row| row.contender)
 }
 
-fn wrong(comparison: &Comparison, ours: &str) -> Cell {
+fn wrong(comparison: &PeerComparison, ours: &str) -> Cell {
     let wrong = |name: &str| {
         any_row(comparison, name)?;
         let rows = comparison.rows.iter().filter(|row| row.contender == name);
@@ -178,7 +177,7 @@ fn wrong(comparison: &Comparison, ours: &str) -> Cell {
     counts(&[wrong(ours), wrong(fastest_embree(comparison))])
 }
 
-fn leaks(comparison: &Comparison, ours: &str) -> Cell {
+fn leaks(comparison: &PeerComparison, ours: &str) -> Cell {
     let leaks = |name: &str| {
         let rows = comparison.rows.iter().filter(|row| row.contender == name);
         rows.filter_map(|row| row.leaks).max()
@@ -186,7 +185,7 @@ fn leaks(comparison: &Comparison, ours: &str) -> Cell {
     counts(&[leaks(ours), leaks(fastest_embree(comparison)), leaks("embree4-robust")])
 }
 
-/// Ours first; any is one too many.
+/// Fills a cell with counts, ours first; any of ours is one too many.
 fn counts(counts: &[Option<usize>]) -> Cell {
     if counts.iter().all(Option::is_none) {
         return Cell::unknown();

@@ -1,16 +1,15 @@
-//! The comparison of a scene as a table for people and as CSV for plots.
+//! Comparisons with other libraries as tables for people and as CSV for plots.
 
-use std::io::{self, Write};
-
-use comfy_table::Table;
+use std::path::Path;
 
 use super::grid::{Cell, Grid, Mark};
-use crate::bench::ring::Mode;
-use crate::studies::peers::{Comparison, Row};
+use crate::bench::record;
+use crate::contenders::contender::Mode;
+use crate::studies::peers::{PeerComparison, PeerRow};
 
-/// A row of `compare.csv`.
+/// Row of `compare.csv`; bytes and leaks that are not known are left empty.
 #[derive(serde::Serialize)]
-struct Record<'r> {
+struct PeerRecord<'r> {
     scene: &'r str,
     contender: &'r str,
     mode: Mode,
@@ -24,8 +23,8 @@ struct Record<'r> {
     leaks: Option<usize>,
 }
 
-impl<'r> From<&'r Row> for Record<'r> {
-    fn from(row: &'r Row) -> Self {
+impl<'r> From<&'r PeerRow> for PeerRecord<'r> {
+    fn from(row: &'r PeerRow) -> Self {
         let rounded = |speed: f64| (speed * 1e4).round() / 1e4;
         Self {
             scene: &row.scene,
@@ -43,49 +42,26 @@ impl<'r> From<&'r Row> for Record<'r> {
     }
 }
 
-/// Writes all rows as CSV; bytes and leaks that are not known are left empty.
+/// Writes all rows as comma-separated values.
 ///
 /// # Errors
-/// Those of the writer.
-pub fn write_csv<'r>(to: impl Write, rows: impl IntoIterator<Item = &'r Row>) -> io::Result<()> {
-    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(to);
-    // Written here rather than from the first row, so that a file without rows has it too.
-    writer.write_record(CSV_COLUMNS)?;
-    for row in rows {
-        writer.serialize(Record::from(row)).map_err(io::Error::from)?;
-    }
-    writer.flush()
+/// If the file cannot be written.
+pub fn write_csv<'r>(
+    path: &Path,
+    rows: impl IntoIterator<Item = &'r PeerRow>,
+) -> anyhow::Result<()> {
+    record::write_csv(path, rows.into_iter().map(PeerRecord::from))
 }
 
-/// The first line of `compare.csv`; the fields of [`Record`].
-const CSV_COLUMNS: [&str; 11] = [
-    "scene",
-    "contender",
-    "mode",
-    "triangles",
-    "build_ms",
-    "bytes",
-    "mrays_median",
-    "mrays_min",
-    "mrays_max",
-    "disagreements",
-    "leaks",
-];
-
-/// The comparison of one scene, a line for each contender: see [`LEGEND`].
-pub fn table(comparison: &Comparison) -> Table {
-    grid(comparison).terminal()
-}
-
-/// What the columns of [`table`] are.
-pub const LEGEND: &str = "single, batch (closest hits) and occluded in million rays a second, the median; x: \
+/// Columns of [`scene_grid`].
+pub const SCENE_LEGEND: &str = "single, batch (closest hits) and occluded in million rays a second, the median; x: \
      how many times the fastest Embree in the same mode, for batch in any; wrong: answers, of all modes, \
      that are not the exact ones; ties: another triangle at the same t; leaks: rays that left a closed \
      mesh, in the worst mode; bytes: with the contender's copy of the triangles, which a lean BVH has none of, \
      as it lies beside the application's indexed mesh";
 
-/// As [`table`], for both forms.
-pub(crate) fn grid(comparison: &Comparison) -> Grid {
+/// Makes the table of one scene, a line for each contender.
+pub fn scene_grid(comparison: &PeerComparison) -> Grid {
     let headings = [
         "contender",
         "setting",
@@ -105,12 +81,12 @@ pub(crate) fn grid(comparison: &Comparison) -> Grid {
     Grid {
         headings: headings.map(str::to_owned).to_vec(),
         text_columns: 2,
-        lines: lines.map(|rows| line(comparison, rows)).collect(),
+        lines: lines.map(|rows| scene_line(comparison, rows)).collect(),
     }
 }
 
-/// The modes of one contender.
-fn line(comparison: &Comparison, rows: &[Row]) -> Vec<Cell> {
+/// Fills the line of one contender.
+fn scene_line(comparison: &PeerComparison, rows: &[PeerRow]) -> Vec<Cell> {
     let one = &rows[0];
     let mut cells = vec![Cell::new(one.contender), Cell::new(one.setting)];
     for mode in Mode::ALL {
@@ -135,21 +111,72 @@ fn line(comparison: &Comparison, rows: &[Row]) -> Vec<Cell> {
     cells
 }
 
-/// What it holds, for each triangle of the scene.
-pub(crate) fn bytes_per_triangle(row: &Row) -> Option<f64> {
+/// Returns the bytes that it holds, for each triangle of the scene.
+pub(super) fn bytes_per_triangle(row: &PeerRow) -> Option<f64> {
     Some(row.bytes? as f64 / row.triangle_count.max(1) as f64)
 }
 
-/// The most million rays a second in the rows looked for.
-pub(crate) fn fastest(rows: &[Row], wanted: impl Fn(&Row) -> bool) -> Option<f64> {
+/// Returns the most million rays a second in the rows looked for.
+pub(super) fn fastest(rows: &[PeerRow], wanted: impl Fn(&PeerRow) -> bool) -> Option<f64> {
     let speeds = rows.iter().filter(|row| wanted(row)).map(|row| row.speed.median);
     speeds.max_by(f64::total_cmp)
 }
 
-/// The fastest Embree in a mode; for closest hits of many rays, in whichever of both ways.
-pub(crate) fn embree(rows: &[Row], mode: Mode) -> Option<f64> {
+/// Returns the speed of the fastest Embree in a mode; for closest hits of many rays, in whichever of both ways.
+pub(super) fn embree(rows: &[PeerRow], mode: Mode) -> Option<f64> {
     fastest(rows, |row| {
         let same = row.mode == mode || (mode == Mode::Batch && row.mode == Mode::Single);
         same && row.contender.starts_with("embree")
     })
+}
+
+/// Columns of [`growth_grid`].
+pub const GROWTH_LEGEND: &str = "n triangles: nanoseconds of the build, and divided by n log2 n; nanoseconds a ray in \
+     each mode, and divided by log2 n";
+
+/// Makes the table of scenes by size, a line for each scene and contender.
+pub fn growth_grid(comparisons: &[PeerComparison]) -> Grid {
+    let headings = [
+        "scene",
+        "contender",
+        "n",
+        "build ms",
+        "ns/(n log n)",
+        "single ns",
+        "/log n",
+        "batch ns",
+        "/log n",
+        "occluded ns",
+        "/log n",
+    ];
+    let by_contender = comparisons
+        .iter()
+        .flat_map(|comparison| comparison.rows.chunk_by(|a, b| a.contender == b.contender));
+    Grid {
+        headings: headings.map(str::to_owned).to_vec(),
+        text_columns: 2,
+        lines: by_contender.map(growth_line).collect(),
+    }
+}
+
+/// Fills the line of one contender on one scene.
+fn growth_line(rows: &[PeerRow]) -> Vec<Cell> {
+    let one = &rows[0];
+    let count = one.triangle_count as f64;
+    let logarithm = count.max(2.0).log2();
+    let per_unit = one.build_seconds * 1e9 / (count * logarithm);
+    let mut cells = vec![
+        Cell::new(&*one.scene),
+        Cell::new(one.contender),
+        Cell::new(one.triangle_count.to_string()),
+        Cell::number(Some(one.build_seconds * 1e3), 1),
+        Cell::number(Some(per_unit), 1),
+    ];
+    for mode in Mode::ALL {
+        let row = rows.iter().find(|row| row.mode == mode);
+        let nanoseconds = row.map(|row| 1e3 / row.speed.median);
+        cells.push(Cell::number(nanoseconds, 0));
+        cells.push(Cell::number(nanoseconds.map(|time| time / logarithm), 1));
+    }
+    cells
 }

@@ -9,21 +9,22 @@
 //! `core/src/index/select/weights.rs`, is renewed with what this prints:
 //!
 //! ```text
-//! cargo run --release -p arboleda-host -- compare --calibrate
+//! cargo run --release -p arboleda-host -- compare calibrate
 //! ```
 
 use std::fmt::Write;
 
-use arboleda::{IndexKind, Level, Options, RayIndex, Resolution};
+use arboleda::{IndexKind, Level, Options, Resolution};
 use rayon::prelude::*;
 
 use crate::OwnedIndex;
+use crate::bench::measurement::{Measured, Measurement, affordable, build, clock, count};
 use crate::bench::plan::{Case, Effort, Share, pairs};
-use crate::bench::rays::RaySet;
-use crate::bench::run::{Measurement, affordable, build, clock, count};
+use crate::bench::progress::Tick;
+use crate::bench::workload::Workload;
 use crate::scene::Model;
 
-/// What the parts of a query take, in nanoseconds.
+/// Weights of the parts of a query, in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// Which index.
@@ -34,7 +35,7 @@ pub struct Fit {
     pub error: f64,
 }
 
-/// Settings that give an index other shares of nodes and tests.
+/// Lists settings that give an index other shares of nodes and tests.
 fn cases(kind: IndexKind) -> Vec<Case> {
     let usual = Case::usual(kind);
     let mut cases = vec![usual.clone()];
@@ -49,6 +50,10 @@ fn cases(kind: IndexKind) -> Vec<Case> {
     cases
 }
 
+/// Photons to a setting, and how often they are replayed; drawn with the seed that [`run`] is given.
+const EFFORT: Effort =
+    Effort { photons: 2_000, repetitions: 7, seconds: 0.01, share: Share::Own, seed: 0 };
+
 /// Of the first model, also so many triangles alone: on the others, the time of the linear scan says nothing
 /// about what a ray takes before the first test.
 const FEW: [usize; 3] = [1, 12, 100];
@@ -62,7 +67,7 @@ fn first_triangles(model: &Model, count: usize) -> Model {
     few
 }
 
-/// How many steps `progress` takes.
+/// Counts the steps of `progress`.
 pub fn steps(models: &[Model]) -> u64 {
     ((models.len() + FEW.len()) * IndexKind::ALL.len()) as u64
 }
@@ -71,21 +76,16 @@ pub fn steps(models: &[Model]) -> u64 {
 ///
 /// # Errors
 /// If two indices do not agree, or a model has no light.
-pub fn run(
-    models: &[Model],
-    effort: &Effort,
-    seed: u64,
-    progress: &(impl Fn() + Sync),
-) -> anyhow::Result<Vec<Fit>> {
+pub fn run(models: &[Model], seed: u64, progress: Tick<'_>) -> anyhow::Result<Vec<Fit>> {
+    let effort = Effort { seed, ..EFFORT };
     let mut rows = vec![Vec::new(); IndexKind::ALL.len()];
     let models = models.iter().cloned().chain(
         models.first().into_iter().flat_map(|first| FEW.map(|count| first_triangles(first, count))),
     );
     for model in models {
-        let model = &model;
-        let rays = RaySet::shoot(model, effort.photons, seed)?;
+        let workload = Workload::of_photons(&model, effort.photons, seed)?;
         for (&kind, rows) in IndexKind::ALL.iter().zip(&mut rows) {
-            rows.extend(measure(model, kind, &rays, effort)?);
+            rows.extend(measure(&model, kind, &workload, &effort)?);
             progress();
         }
     }
@@ -101,37 +101,33 @@ pub fn run(
     Ok(fits.collect())
 }
 
-/// The same index, whatever the setting, is measured once; a setting that is far too coarse is left out.
+/// Measures an index in its settings; those that build the same bytes once.
 fn measure(
     model: &Model,
     kind: IndexKind,
-    rays: &RaySet,
+    workload: &Workload,
     effort: &Effort,
 ) -> anyhow::Result<Vec<Measurement>> {
     let built = cases(kind)
         .into_par_iter()
-        .map(|case| Ok((build(model, &case, rays.sample())?, case)))
+        .map(|case| Ok((build(model, &case, workload.sample())?, case)))
         .collect::<anyhow::Result<Vec<(OwnedIndex, Case)>>>()?;
     let mut digests = Vec::new();
-    let mut contest = Vec::new();
-    let mut measured = Vec::new();
-    for (owned, case) in &built {
-        let index = owned.index();
+    let mut all: Vec<Measured> = Vec::new();
+    for (index, case) in built {
         let digest = blake3::hash(index.as_bytes());
         if digests.contains(&digest) {
             continue;
         }
         digests.push(digest);
-        let photons = affordable(&index, rays, effort)?;
-        measured.push(count(model, case, owned, rays, photons)?);
-        contest.push(index);
+        let photons = affordable(&index.index(), workload, effort)?;
+        all.push(count(model, &case, index, workload, photons)?);
     }
-    let mut contest: Vec<_> = contest.iter().zip(&mut measured).collect();
-    clock(&mut contest, rays, effort.repetitions);
-    Ok(measured)
+    clock(&mut all.iter_mut().collect::<Vec<_>>(), workload, effort.repetitions);
+    Ok(all.into_iter().map(|one| one.figures).collect())
 }
 
-/// The weights of one kind.
+/// Fits the weights of one kind.
 fn fit<'m>(kind: IndexKind, measured: impl Iterator<Item = &'m Measurement>) -> Fit {
     let rows: Vec<[f64; 3]> = measured
         .map(|one| {
@@ -148,7 +144,7 @@ fn fit<'m>(kind: IndexKind, measured: impl Iterator<Item = &'m Measurement>) -> 
     Fit { kind, nanoseconds, error }
 }
 
-/// The weights, none below 0, whose sums over the rows come closest to 1, and by how much they miss it.
+/// Returns the weights, none below 0, whose sums over the rows come closest to 1, and by how much they miss it.
 ///
 /// With three unknowns, each set of those that are not 0 is tried.
 fn least_squares(rows: &[[f64; 3]]) -> ([f64; 3], f64) {
@@ -204,7 +200,7 @@ fn solve(mut matrix: [[f64; 4]; 3]) -> Option<[f64; 3]> {
     Some([0, 1, 2].map(|at| matrix[at][3] / matrix[at][at]))
 }
 
-/// The fits as lines of the core's table: one for each family.
+/// Writes the fits as lines of the core's table: one for each family.
 pub fn lines(fits: &[Fit]) -> String {
     let mut text = String::new();
     for fit in fits.iter().filter(|fit| !fit.kind.is_clustered()) {
@@ -219,10 +215,6 @@ pub fn lines(fits: &[Fit]) -> String {
     }
     text
 }
-
-/// Photons to a setting, and how often they are replayed.
-pub const EFFORT: Effort =
-    Effort { photons: 2_000, repetitions: 7, seconds: 0.01, share: Share::Own };
 
 #[cfg(test)]
 mod tests {

@@ -4,7 +4,7 @@
 //! `golden/counters.txt` is compared by a test; after a change that is meant to change them, renew it:
 //!
 //! ```text
-//! cargo run --release -p arboleda-host -- compare --counters > host/golden/counters.txt
+//! cargo run --release -p arboleda-host -- compare counters > host/golden/counters.txt
 //! ```
 
 use std::fmt::Write;
@@ -12,9 +12,9 @@ use std::fmt::Write;
 use arboleda::{Counters, Hit, IndexKind, RayIndex};
 
 use super::separation::clusters_apart;
+use crate::bench::measurement::{build, checked};
 use crate::bench::plan::Case;
-use crate::bench::rays::{RaySet, bits};
-use crate::bench::run::{build, checked};
+use crate::bench::workload::{Workload, bits};
 use crate::scene::Model;
 use crate::scene::city::{CityOptions, procedural_city};
 use crate::scene::mixed::{MixedOptions, mixed_sizes};
@@ -27,7 +27,7 @@ const LINEAR_PHOTONS: u64 = 50;
 /// What the photons are drawn with, whatever the command line says.
 const SEED: u64 = 1;
 
-/// Scenes that are built within a fraction of a second by every index.
+/// Makes scenes that are built within a fraction of a second by every index.
 fn models() -> Vec<Model> {
     let city = CityOptions { blocks: [2, 2], buildings_per_side: 2, ..CityOptions::default() };
     let mixed = MixedOptions { object_count: 60, detail: 1, ..MixedOptions::default() };
@@ -46,7 +46,7 @@ fn models() -> Vec<Model> {
     ]
 }
 
-/// All figures, one line for each scene and index.
+/// Writes all figures, one line for each scene and index.
 ///
 /// # Errors
 /// If two indices do not agree.
@@ -57,8 +57,8 @@ pub fn lines() -> anyhow::Result<String> {
          tests.\n",
     );
     for model in models() {
-        let rays = RaySet::shoot(&model, PHOTONS, SEED)?;
-        let hits = rays.hits_of_first(PHOTONS);
+        let workload = Workload::of_photons(&model, PHOTONS, SEED)?;
+        let hits = &workload.hits;
         writeln!(
             text,
             "\n{}: {} triangles, {} photons, {} rays, {} hits, digest {}",
@@ -66,18 +66,19 @@ pub fn lines() -> anyhow::Result<String> {
             model.triangles.len(),
             PHOTONS,
             hits.len(),
-            hits.iter().flatten().count(),
+            hits.iter().filter(|hit| !hit.is_none()).count(),
             digest(hits)
         )?;
         for &kind in IndexKind::ALL {
             let photons = if kind == IndexKind::Linear { LINEAR_PHOTONS } else { PHOTONS };
-            let owned = build(&model, &Case::usual(kind), rays.sample())?;
+            let owned = build(&model, &Case::usual(kind), workload.sample())?;
             let index = owned.index();
-            let closest = checked(&index, &rays, photons)?;
+            let closest = checked(&index, &workload, photons)?;
             let mut any = Counters::default();
-            for (ray, hit) in rays.of_first(photons).iter().zip(rays.hits_of_first(photons)) {
+            let asked = workload.rays_of_first(photons).iter();
+            for (ray, hit) in asked.zip(workload.hits_of_first(photons)) {
                 let occluded = index.occluded_counted(ray, &mut any);
-                anyhow::ensure!(occluded == hit.is_some(), "{} contradicts itself", kind.name());
+                anyhow::ensure!(occluded != hit.is_none(), "{} contradicts itself", kind.name());
             }
             writeln!(
                 text,
@@ -97,11 +98,11 @@ pub fn lines() -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// The first 16 hexadecimal digits of a hash over all answers.
-fn digest(hits: &[Option<Hit>]) -> String {
+/// Returns the first 16 hexadecimal digits of a hash over all answers.
+fn digest(hits: &[Hit]) -> String {
     let mut hasher = blake3::Hasher::new();
     for hit in hits {
-        for word in bits(hit.unwrap_or(Hit::NONE)) {
+        for word in bits(*hit) {
             hasher.update(&word.to_le_bytes());
         }
     }

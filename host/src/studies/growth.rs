@@ -1,17 +1,21 @@
 //! Cost against triangle count: the same kind of scene, larger and larger.
+//!
+//! A good build grows as n log n and a good query as log n. What grows faster is memory: a scene of a
+//! thousand triangles lies in the closest cache, one of ten million in none.
 
 use arboleda::IndexKind;
 
+use crate::bench::measurement::{Measurement, measure, verified_workload};
 use crate::bench::plan::{Case, Effort};
-use crate::bench::rays::RaySet;
-use crate::bench::run::{Measurement, check_against_oracle, measure};
+use crate::bench::progress::Tick;
 use crate::scene::Model;
+use crate::scene::builtin::SIZED;
 use crate::scene::city::{CityOptions, procedural_city};
 use crate::scene::mixed::{MixedOptions, mixed_sizes};
 
-/// A scene that comes in several sizes.
+/// Kind of scene that comes in several sizes.
 #[derive(Clone, Copy, Debug)]
-pub struct Family {
+pub struct SceneFamily {
     /// For headings.
     pub name: &'static str,
     /// What grows.
@@ -21,8 +25,8 @@ pub struct Family {
 }
 
 /// The families, with sizes a factor of three to five apart.
-pub const FAMILIES: [Family; 2] = [
-    Family {
+pub const FAMILIES: [SceneFamily; 2] = [
+    SceneFamily {
         name: "city",
         description: "blocks of buildings, more and more of them",
         // Blocks along each side, buildings along each side of a block.
@@ -32,7 +36,7 @@ pub const FAMILIES: [Family; 2] = [
             procedural_city(CityOptions { blocks, buildings_per_side, ..CityOptions::default() })
         },
     },
-    Family {
+    SceneFamily {
         name: "mixed",
         description: "balls, boxes and teapots of sizes 1 to 1000, more and more of them",
         // Objects, detail.
@@ -43,14 +47,14 @@ pub const FAMILIES: [Family; 2] = [
     },
 ];
 
-impl Family {
-    /// The scenes, from small to large.
+impl SceneFamily {
+    /// Makes the scenes, from small to large.
     pub fn models(&self) -> impl Iterator<Item = Model> {
         self.sizes.iter().map(|&size| (self.build)(size))
     }
 }
 
-/// One size of one family.
+/// Measurements on one size of one family.
 pub struct GrowthRow {
     /// The family's name.
     pub family: &'static str,
@@ -58,7 +62,7 @@ pub struct GrowthRow {
     pub measured: Vec<Measurement>,
 }
 
-/// All indices but the linear scan, whose cost needs no measuring: it is the number of triangles.
+/// Lists all indices but the linear scan, whose cost needs no measuring: it is the number of triangles.
 pub fn cases() -> Vec<Case> {
     IndexKind::ALL
         .iter()
@@ -67,7 +71,7 @@ pub fn cases() -> Vec<Case> {
         .collect()
 }
 
-/// How many steps `progress` takes.
+/// Counts the steps of `progress`.
 pub fn steps() -> u64 {
     FAMILIES.iter().map(|family| family.sizes.len() * cases().len()).sum::<usize>() as u64
 }
@@ -76,19 +80,38 @@ pub fn steps() -> u64 {
 ///
 /// # Errors
 /// If two indices do not agree.
-pub fn run(
-    effort: &Effort,
-    seed: u64,
-    progress: &mut dyn FnMut(),
-) -> anyhow::Result<Vec<GrowthRow>> {
+pub fn run(effort: &Effort, progress: Tick<'_>) -> anyhow::Result<Vec<GrowthRow>> {
     let mut rows = Vec::new();
     for family in &FAMILIES {
         for model in family.models() {
-            let rays = RaySet::shoot(&model, effort.photons, seed)?;
-            check_against_oracle(&model, &rays)?;
-            let measured = measure(&model, &cases(), &rays, effort, progress)?;
+            let workload = verified_workload(&model, effort)?;
+            let measured = measure(&model, &cases(), &workload, effort, progress)?;
             rows.push(GrowthRow { family: family.name, measured });
         }
     }
     Ok(rows)
+}
+
+/// Sizes of the scenes for other libraries, ten times larger each step.
+const SIZES: [u32; 5] = [1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+
+/// Counts the scenes of [`sized_scenes`].
+pub fn sized_scene_count(largest: u32) -> u64 {
+    (SIZED.len() * sizes(largest).count()) as u64
+}
+
+/// Makes meshes and cities up to `largest` triangles, each when its turn comes: few sizes, far apart, for the two or
+/// three contenders that are compared on each.
+pub fn sized_scenes(largest: u32) -> impl Iterator<Item = Model> {
+    SIZED.into_iter().flat_map(move |(family, build)| {
+        sizes(largest).map(move |size| {
+            let mut model = build(size);
+            model.name = format!("{family}-{size}");
+            model
+        })
+    })
+}
+
+fn sizes(largest: u32) -> impl Iterator<Item = u32> {
+    SIZES.into_iter().filter(move |&size| size <= largest)
 }

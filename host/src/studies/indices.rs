@@ -3,13 +3,13 @@
 use arboleda::select::Selection;
 use arboleda::{IndexKind, Options};
 
+use crate::bench::measurement::{Measurement, measure, verified_workload};
 use crate::bench::plan::{Case, Effort, Share};
-use crate::bench::rays::RaySet;
-use crate::bench::run::{Measurement, check_against_oracle, measure};
+use crate::bench::progress::Tick;
 use crate::scene::Model;
 use crate::select_index;
 
-/// All indices on one scene.
+/// Measurements of all indices on one scene, and the automatic selections.
 pub struct SceneComparison {
     /// The scene.
     pub scene: String,
@@ -22,32 +22,33 @@ pub struct SceneComparison {
 }
 
 impl SceneComparison {
-    /// How many times as long as the fastest an index takes.
+    /// Returns how many times as long as the fastest an index takes.
     pub fn times_fastest(&self, one: &Measurement) -> f64 {
         let time = Measurement::microseconds_per_photon;
         let fastest = self.measured.iter().map(time).fold(f64::INFINITY, f64::min);
         time(one) / fastest
     }
 
-    /// What was measured of an index.
+    /// Finds what was measured of an index.
     pub fn of(&self, kind: IndexKind) -> Option<&Measurement> {
         self.measured.iter().find(|one| one.case.kind == kind)
     }
 
-    /// The most rays per second.
+    /// Finds the index of the most rays per second.
     pub fn fastest(&self) -> Option<&Measurement> {
         let rate = Measurement::rays_per_second;
         self.measured.iter().max_by(|a, b| rate(a).total_cmp(&rate(b)))
     }
 
-    /// By how much more rays per second the fastest of all answers than the one selected, in percent of the fastest.
+    /// Returns how many fewer rays per second the index selected answers than the fastest of all, in percent of the
+    /// fastest.
     pub fn loss_percent(&self, selection: &Selection) -> f64 {
         let rate = |one: Option<&Measurement>| one.map_or(f64::NAN, Measurement::rays_per_second);
         (1.0 - rate(self.of(selection.kind())) / rate(self.fastest())) * 100.0
     }
 }
 
-/// How many steps `progress` takes for one scene.
+/// Counts the steps of `progress` for one scene.
 pub fn steps() -> u64 {
     IndexKind::ALL.len() as u64
 }
@@ -56,21 +57,15 @@ pub fn steps() -> u64 {
 ///
 /// # Errors
 /// If two indices do not agree, or the model has no light.
-pub fn run(
-    model: &Model,
-    effort: &Effort,
-    seed: u64,
-    progress: &mut dyn FnMut(),
-) -> anyhow::Result<SceneComparison> {
-    let rays = RaySet::shoot(model, effort.photons, seed)?;
-    check_against_oracle(model, &rays)?;
+pub fn run(model: &Model, effort: &Effort, progress: Tick<'_>) -> anyhow::Result<SceneComparison> {
+    let workload = verified_workload(model, effort)?;
     let cases: Vec<Case> = IndexKind::ALL.iter().map(|&kind| Case::usual(kind)).collect();
     let effort = Effort { share: Share::Own, ..*effort };
-    let measured = measure(model, &cases, &rays, &effort, progress)?;
+    let measured = measure(model, &cases, &workload, &effort, progress)?;
     let options = Options::default();
     // Every candidate is tried: the question is which is best for so many rays that builds do not matter.
     let scene = model.scene().expecting(u64::MAX);
     let by_sample = select_index(&scene, &options)?;
-    let by_rays = select_index(&scene.rays(rays.sample()), &options)?;
+    let by_rays = select_index(&scene.rays(workload.sample()), &options)?;
     Ok(SceneComparison { scene: model.name.clone(), measured, by_sample, by_rays })
 }

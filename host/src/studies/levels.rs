@@ -10,10 +10,11 @@ use arboleda::{IndexKind, Level, Scene};
 use rayon::prelude::*;
 
 use crate::OwnedIndex;
+use crate::bench::measurement::{Measured, Measurement, build, checked, clock, count};
 use crate::bench::plan::{Case, Effort, PROBE_PHOTONS};
-use crate::bench::rays::RaySet;
-use crate::bench::run::{Measurement, build, checked, clock, count};
-use crate::bench::spread::Spread;
+use crate::bench::progress::Tick;
+use crate::bench::summary::Spread;
+use crate::bench::workload::Workload;
 use crate::scene::Model;
 
 /// Levels tried: beyond 12 the automatic search does not go.
@@ -30,7 +31,7 @@ const TIMED: usize = 4;
 /// They are timed so many times as often as other things: a repetition takes milliseconds.
 const MORE_OFTEN: usize = 3;
 
-/// One index on one scene: what it chose, and what else there was.
+/// Automatic choice of one index on one scene, and the others that were tried.
 pub struct LevelCheck {
     /// The scene.
     pub scene: String,
@@ -44,12 +45,12 @@ pub struct LevelCheck {
 }
 
 impl LevelCheck {
-    /// The cheapest by counters.
+    /// Finds the cheapest by counters.
     pub fn best_by_counters(&self) -> &Measurement {
         self.tried.first().unwrap_or(&self.automatic)
     }
 
-    /// The fastest of all timed.
+    /// Finds the fastest of all timed.
     pub fn best_by_time(&self) -> &Measurement {
         match self.fastest {
             Some((at, ratio)) if ratio > 1.0 => self.tried.get(at).unwrap_or(&self.automatic),
@@ -57,19 +58,19 @@ impl LevelCheck {
         }
     }
 
-    /// What the automatic choice costs more than the best by counters, in percent of the best.
+    /// Returns what the automatic choice costs more than the best by counters, in percent of the best.
     pub fn excess_cost(&self) -> f64 {
         (self.automatic.cost_per_ray() / self.best_by_counters().cost_per_ray() - 1.0) * 100.0
     }
 
-    /// How much longer the automatic choice takes than the fastest other, in percent of that; below 0 where it is
+    /// Returns how much longer the automatic choice takes than the fastest other, in percent of that; below 0 where it is
     /// the fastest of all, and 0 where no other was timed.
     pub fn excess_time(&self) -> f64 {
         self.fastest.map_or(0.0, |(_, ratio)| (ratio - 1.0) * 100.0)
     }
 }
 
-/// How many steps `progress` takes for one scene.
+/// Counts the steps of `progress` for one scene.
 pub fn steps() -> u64 {
     IndexKind::ALL.len() as u64
 }
@@ -82,35 +83,28 @@ pub fn by_counters(
     model: &Model,
     photons: u64,
     seed: u64,
-    progress: &(impl Fn() + Sync),
+    progress: Tick<'_>,
 ) -> anyhow::Result<Vec<LevelCheck>> {
-    let rays = RaySet::shoot(model, photons, seed)?;
-    let swept = sweep_all(model, &rays, progress)?;
+    let workload = Workload::of_photons(model, photons, seed)?;
+    let swept = sweep_all(model, &workload, progress)?;
     Ok(swept.into_iter().map(|choices| check(model, choices, None)).collect())
 }
 
-/// As [`by_counters`], and times the cheapest.
+/// Sweeps as [`by_counters`], and times the cheapest.
 ///
 /// # Errors
 /// If two indices do not agree.
-pub fn run(
-    model: &Model,
-    effort: &Effort,
-    seed: u64,
-    progress: &(impl Fn() + Sync),
-) -> anyhow::Result<Vec<LevelCheck>> {
-    let rays = RaySet::shoot(model, effort.photons, seed)?;
+pub fn run(model: &Model, effort: &Effort, progress: Tick<'_>) -> anyhow::Result<Vec<LevelCheck>> {
+    let workload = Workload::of_photons(model, effort.photons, effort.seed)?;
     let mut checks = Vec::new();
-    for mut choices in sweep_all(model, &rays, progress)? {
+    for mut choices in sweep_all(model, &workload, progress)? {
         // The automatic choice, and the cheapest that are not the same index: each with its place.
         let contestants = choices.iter_mut().enumerate().filter(|(_, choice)| !choice.repeats);
-        let (places, (indices, mut measured)): (Vec<_>, (Vec<_>, Vec<_>)) = contestants
+        let (places, mut timed): (Vec<_>, Vec<_>) = contestants
             .take(1 + TIMED)
-            .map(|(place, choice)| (place, (choice.built.index(), &mut choice.measured)))
+            .map(|(place, choice)| (place, &mut choice.measured))
             .unzip();
-        let mut contest: Vec<_> =
-            indices.iter().zip(measured.iter_mut().map(|one| &mut **one)).collect();
-        let times = clock(&mut contest, &rays, effort.repetitions * MORE_OFTEN);
+        let times = clock(&mut timed, &workload, effort.repetitions * MORE_OFTEN);
         let others = places.iter().zip(&times).skip(1);
         let ratios = others.map(|(place, other)| (place - 1, median_ratio(&times[0], other)));
         let fastest = ratios.max_by(|a, b| a.1.total_cmp(&b.1));
@@ -119,36 +113,35 @@ pub fn run(
     Ok(checks)
 }
 
-/// How many times as long `ours` takes as `theirs`, in the middle of all rounds.
+/// Returns how many times as long `ours` takes as `theirs`, in the middle of all rounds.
 fn median_ratio(ours: &[f64], theirs: &[f64]) -> f64 {
     let ratios: Vec<f64> = ours.iter().zip(theirs).map(|(ours, theirs)| ours / theirs).collect();
     Spread::of(&ratios).median
 }
 
 fn check(model: &Model, choices: Vec<Choice>, fastest: Option<(usize, f64)>) -> LevelCheck {
-    let mut measured = choices.into_iter().map(|choice| choice.measured);
+    let mut measured = choices.into_iter().map(|choice| choice.measured.figures);
     let automatic = measured.next().expect("the automatic choice stands first");
     LevelCheck { scene: model.name.clone(), automatic, tried: measured.collect(), fastest }
 }
 
-/// A level or a density that was built and counted.
+/// Level or density that was built and counted.
 struct Choice {
-    built: OwnedIndex,
-    measured: Measurement,
+    measured: Measured,
     /// Whether it is, byte for byte, the automatic choice once more.
     repeats: bool,
 }
 
-/// For each index that has choices: the automatic one, then the others from the cheapest on.
+/// Lists the choices of each index that has any: the automatic one, then the others from the cheapest on.
 fn sweep_all(
     model: &Model,
-    rays: &RaySet,
-    progress: &(impl Fn() + Sync),
+    workload: &Workload,
+    progress: Tick<'_>,
 ) -> anyhow::Result<Vec<Vec<Choice>>> {
     let swept: Vec<Vec<Choice>> = IndexKind::ALL
         .par_iter()
         .map(|&kind| {
-            let choices = sweep(kind, model, rays);
+            let choices = sweep(kind, model, workload);
             progress();
             choices
         })
@@ -156,7 +149,7 @@ fn sweep_all(
     Ok(swept.into_iter().filter(|choices| choices.len() > 1).collect())
 }
 
-fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Choice>> {
+fn sweep(kind: IndexKind, model: &Model, workload: &Workload) -> anyhow::Result<Vec<Choice>> {
     // 1. Build and probe, until it gets hopeless or nothing changes any more.
     let mut probed: Vec<(f64, Case, OwnedIndex, blake3::Hash)> = Vec::new();
     for cases in cases(kind, model)? {
@@ -172,7 +165,7 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
                 }
                 break;
             }
-            let counters = checked(&built.index(), rays, PROBE_PHOTONS)?;
+            let counters = checked(&built.index(), workload, PROBE_PHOTONS)?;
             let weights = kind.cost_model();
             let cost = weights.traversal * counters.nodes_visited as f64
                 + weights.intersection * counters.triangle_tests as f64;
@@ -190,11 +183,11 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
     // 2. Count those near the cheapest.
     let least = probed.iter().map(|(cost, ..)| *cost).fold(f64::INFINITY, f64::min);
     let automatic = Case { setting: "automatic".to_owned(), ..Case::usual(kind) };
-    let chosen = build(model, &automatic, rays.sample())?;
+    let chosen = build(model, &automatic, workload.sample())?;
     let digest = blake3::hash(chosen.as_bytes());
     let counted = |case: &Case, built: OwnedIndex, repeats: bool| {
-        let measured = count(model, case, &built, rays, rays.photon_count())?;
-        anyhow::Ok(Choice { built, measured, repeats })
+        let measured = count(model, case, built, workload, workload.photon_count())?;
+        anyhow::Ok(Choice { measured, repeats })
     };
     let mut choices = vec![counted(&automatic, chosen, false)?];
     for (cost, case, built, probed) in probed {
@@ -202,11 +195,12 @@ fn sweep(kind: IndexKind, model: &Model, rays: &RaySet) -> anyhow::Result<Vec<Ch
             choices.push(counted(&case, built, probed == digest)?);
         }
     }
-    choices[1..].sort_by(|a, b| a.measured.cost_per_ray().total_cmp(&b.measured.cost_per_ray()));
+    let cost = |choice: &Choice| choice.measured.figures.cost_per_ray();
+    choices[1..].sort_by(|a, b| cost(a).total_cmp(&cost(b)));
     Ok(choices)
 }
 
-/// All levels if levels change the index, and all densities if densities do.
+/// Lists all levels if levels change the index, and all densities if densities do.
 fn cases(kind: IndexKind, model: &Model) -> anyhow::Result<Vec<Vec<Case>>> {
     let mut runs: Vec<Vec<Case>> = Vec::new();
     if differ(model, &Case::at_level(kind, 0), &Case::at_level(kind, 3))? {
@@ -218,7 +212,7 @@ fn cases(kind: IndexKind, model: &Model) -> anyhow::Result<Vec<Vec<Case>>> {
     Ok(runs)
 }
 
-/// Whether two cases make different indices of a small part of the model.
+/// Tells whether two cases make different indices of a small part of the model.
 fn differ(model: &Model, a: &Case, b: &Case) -> anyhow::Result<bool> {
     let part = &model.triangles[..model.triangles.len().min(2_000)];
     let digest = |case: &Case| -> anyhow::Result<blake3::Hash> {
@@ -238,7 +232,7 @@ mod tests {
     /// In percent; the same on every machine, because it is counted.
     const MOST_EXCESS: f64 = 5.0;
 
-    /// On the larger scenes `compare --levels` says the same, in some minutes.
+    /// On the larger scenes `compare levels` says the same, in some minutes.
     #[test]
     fn automatic_choices_cost_at_most_5_percent_more_than_the_best() {
         let city = CityOptions { blocks: [2, 2], buildings_per_side: 2, ..CityOptions::default() };

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! indices      every index on a scene, and the automatic selection beside them
-//! growth       every index on scenes of the same kind, larger and larger
+//! peers        other people's libraries and some of ours on a scene: answers, leaks, speed, builds
+//! growth       the same kind of scene, larger and larger
 //! separation   each index and its hierarchy on clusters that move apart
 //! levels       the automatic level or resolution against all others
 //! calibration  what a ray, a node and a test take: the weights of the automatic selection
@@ -16,8 +17,5 @@ pub mod growth;
 pub mod indices;
 pub mod levels;
 pub mod paper;
-#[cfg(feature = "peers")]
 pub mod peers;
-#[cfg(feature = "peers")]
-pub mod peers_growth;
 pub mod separation;

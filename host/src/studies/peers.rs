@@ -7,19 +7,20 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene};
 
 use crate::OwnedIndex;
-use crate::bench::ring::{Answers, Build, Mode, answer, time, time_builds};
-use crate::bench::spread::Spread;
-use crate::bench::workload::{Workload, leak_rays};
+use crate::bench::progress::Tick;
+use crate::bench::summary::Spread;
+use crate::bench::timing::{Build, Turn, time, time_builds};
+use crate::bench::workload::Workload;
 use crate::contenders::agreement::Disagreements;
-use crate::contenders::contender::{Built, Contender, Peer, Setting};
-use crate::contenders::libraries::mesh::Mesh;
-use crate::contenders::ours;
-use crate::contenders::{PEERS, PeerError, best_setting};
+use crate::contenders::best_setting::best_setting;
+use crate::contenders::contender::{Answers, Contender, Mode};
+use crate::contenders::mesh::WeldedMesh;
+use crate::contenders::{PEERS, Peer, PeerError, Setting, ours};
 use crate::scene::{Model, closed};
 
-/// How much is compared.
+/// Contenders, and how much they are compared.
 #[derive(Clone, Copy, Debug)]
-pub struct ComparisonOptions<'o> {
+pub struct PeerOptions<'o> {
     /// Rays in each mode.
     pub ray_count: usize,
     /// Times around.
@@ -34,7 +35,7 @@ pub struct ComparisonOptions<'o> {
     pub kinds: &'o [IndexKind],
 }
 
-impl Default for ComparisonOptions<'_> {
+impl Default for PeerOptions<'_> {
     fn default() -> Self {
         Self {
             ray_count: 500_000,
@@ -51,9 +52,9 @@ impl Default for ComparisonOptions<'_> {
 pub const USUAL_KINDS: &[IndexKind] =
     &[IndexKind::WideBvh, IndexKind::WideBvhHierarchy, IndexKind::Bvh, IndexKind::OctreeHierarchy];
 
-/// One contender in one mode.
+/// Figures of one contender in one mode.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct PeerRow {
     /// The scene's name.
     pub scene: String,
     /// The library's or our index's name.
@@ -78,15 +79,15 @@ pub struct Row {
     pub leaks: Option<usize>,
 }
 
-/// What came of a scene.
+/// Figures of all contenders on one scene.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Comparison {
+pub struct PeerComparison {
     /// The scene's name.
     pub scene: String,
-    /// How many it has.
+    /// Triangles of the scene.
     pub triangle_count: usize,
     /// Contender by contender, in the order in which they were built.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PeerRow>,
     /// Those that could not take part, and why.
     pub absent: Vec<(&'static str, PeerError)>,
 }
@@ -98,7 +99,7 @@ const JUDGE: IndexKind = IndexKind::Bvh;
 /// Rays by which the best setting is chosen.
 const SAMPLE: usize = 100_000;
 
-/// A contender and what was found out before the timing.
+/// Contender, and what was found out before the timing.
 struct Entrant<'a> {
     name: &'static str,
     is_ours: bool,
@@ -110,7 +111,7 @@ struct Entrant<'a> {
 }
 
 impl<'a> Entrant<'a> {
-    /// Ours have no settings.
+    /// Takes a built contender; ours have no settings.
     fn new(
         name: &'static str,
         setting: Option<&'static Setting>,
@@ -127,10 +128,31 @@ impl<'a> Entrant<'a> {
             leaks: [None; 3],
         }
     }
+
+    /// Compares the answers of every mode with the exact ones, and counts leaks if there are rays for that.
+    fn check(&mut self, workload: &Workload, leaving: &Workload, answers: &mut Answers) {
+        for (at, mode) in Mode::ALL.into_iter().enumerate() {
+            if !self.contender.answer(mode, workload.rays(mode), answers) {
+                continue;
+            }
+            self.disagreements[at] = Disagreements::of(workload, mode, answers);
+            let rays = leaving.rays(mode);
+            if rays.is_empty() {
+                continue;
+            }
+            self.contender.answer(mode, rays, answers);
+            self.leaks[at] = Some(match mode {
+                Mode::Occluded => {
+                    answers.occluded[..rays.len()].iter().filter(|hit| !**hit).count()
+                }
+                _ => answers.hits[..rays.len()].iter().filter(|hit| hit.is_none()).count(),
+            });
+        }
+    }
 }
 
-/// How often `progress` is called: for each contender twice, and for each round.
-pub fn steps(options: &ComparisonOptions<'_>) -> u64 {
+/// Counts the steps of `progress`: for each contender two, and one for each round.
+pub fn steps(options: &PeerOptions<'_>) -> u64 {
     (2 * (options.peers.len() + options.kinds.len()) + options.rounds) as u64
 }
 
@@ -138,18 +160,18 @@ pub fn steps(options: &ComparisonOptions<'_>) -> u64 {
 ///
 /// # Errors
 /// As [`OwnedIndex::build`]: the scene cannot be indexed. A library that fails is only absent.
-pub fn compare(
+pub fn run(
     model: &Model,
-    options: &ComparisonOptions<'_>,
-    progress: &mut dyn FnMut(),
-) -> Result<Comparison, BuildError> {
+    options: &PeerOptions<'_>,
+    progress: Tick<'_>,
+) -> Result<PeerComparison, BuildError> {
     let leaving = leak_workload(model, options);
 
     // 1. Build ours and, each by its best setting, the others.
     let scene = model.scene();
     let triangle_count = model.triangles.len();
     // Only where it is asked for.
-    let mesh = LazyCell::new(|| Mesh::welded(&model.triangles));
+    let mesh = LazyCell::new(|| WeldedMesh::of(&model.triangles));
     let build = |kind: IndexKind| {
         let beside = ours::is_beside(kind);
         let scene = if beside { Scene::of(mesh.kept()).beside() } else { scene };
@@ -169,20 +191,21 @@ pub fn compare(
         &apart
     };
     let judge = read(judge, &mesh);
-    let workload = Workload::new(model, judge.as_ray_index(), options.ray_count, options.seed);
+    let workload = Workload::of_rays(model, judge.as_ray_index(), options.ray_count, options.seed)
+        .with_shadow_rays(judge.as_ray_index());
+    let rays = workload.rays(Mode::Single);
+    let sample = &rays[..rays.len().min(SAMPLE)];
     let mut entrants = Vec::new();
     let mut absent = Vec::new();
-    let sample = &workload.rays[..workload.rays.len().min(SAMPLE)];
     for peer in options.peers {
-        match guarded(peer.name, || best_setting::best(peer, &model.triangles, sample)) {
+        match guarded(peer.name, || best_setting(peer, &model.triangles, sample)) {
             Ok((setting, built)) => {
-                let Built { contender, build_seconds: seconds } = built;
                 let again = || {
                     let built = guarded(peer.name, || setting.build(&model.triangles));
                     built.map_or(f64::INFINITY, |built| built.build_seconds)
                 };
-                let build = Build { seconds, again: Box::new(again) };
-                entrants.push(Entrant::new(peer.name, Some(setting), contender, build));
+                let build = Build { seconds: built.build_seconds, again: Box::new(again) };
+                entrants.push(Entrant::new(peer.name, Some(setting), built.contender, build));
             }
             Err(error) => absent.push((peer.name, error)),
         }
@@ -191,36 +214,45 @@ pub fn compare(
     for index in &owned {
         let again = || build(index.kind()).map_or(f64::INFINITY, |index| index.build_seconds());
         let build = Build { seconds: index.build_seconds(), again: Box::new(again) };
-        let contender = ours::contender(read(index, &mesh));
+        let contender = ours::direct(read(index, &mesh));
         entrants.push(Entrant::new(ours::name(index.kind()), None, contender, build));
     }
 
     // 2. Check the answers, and look for leaks.
-    let mut answers = Answers::room(workload.rays.len().max(leaving.rays.len()));
+    let mut answers = Answers::room(rays.len().max(leaving.rays(Mode::Single).len()));
     entrants.retain_mut(|entrant| {
-        let Entrant { contender, disagreements, leaks, .. } = entrant;
-        let checked = guarded(entrant.name, || {
-            for (at, mode) in Mode::ALL.into_iter().enumerate() {
-                (disagreements[at], leaks[at]) =
-                    check(contender.as_ref(), mode, &workload, &leaving, &mut answers);
-            }
+        let name = entrant.name;
+        let checked = guarded(name, || {
+            entrant.check(&workload, &leaving, &mut answers);
             Ok(())
         });
         progress();
-        absent.extend(checked.err().map(|error| (entrant.name, error)));
-        absent.last().is_none_or(|(name, _)| *name != entrant.name)
+        let takes_part = checked.is_ok();
+        absent.extend(checked.err().map(|error| (name, error)));
+        takes_part
     });
 
     // 3. Time.
     let mut builds: Vec<_> = entrants.iter_mut().map(|entrant| &mut entrant.build).collect();
     time_builds(&mut builds, triangle_count);
-    let contenders: Vec<&dyn Contender> =
-        entrants.iter().map(|entrant| entrant.contender.as_ref()).collect();
-    let speeds = time(&contenders, &workload, options.rounds, progress);
+    let turns: Vec<Turn<'_>> = entrants
+        .iter()
+        .flat_map(|entrant| {
+            let contender = entrant.contender.as_ref();
+            Mode::ALL.map(|mode| Turn { contender, mode, rays: workload.rays(mode) })
+        })
+        .collect();
+    let times = time(&turns, options.rounds, progress);
+    let million_rays = rays.len() as f64 / 1e6;
     let mut rows = Vec::new();
-    for (entrant, speeds) in entrants.iter().zip(speeds) {
-        for (at, (mode, speed)) in Mode::ALL.into_iter().zip(speeds).enumerate() {
-            rows.extend(speed.map(|speed| Row {
+    for (entrant, times) in entrants.iter().zip(times.chunks(Mode::ALL.len())) {
+        for (at, (mode, times)) in Mode::ALL.into_iter().zip(times).enumerate() {
+            // A mode that the contender does not have.
+            if times.is_empty() {
+                continue;
+            }
+            let speeds: Vec<f64> = times.iter().map(|seconds| million_rays / seconds).collect();
+            rows.push(PeerRow {
                 scene: model.name.clone(),
                 contender: entrant.name,
                 setting: entrant.setting,
@@ -229,21 +261,36 @@ pub fn compare(
                 triangle_count,
                 build_seconds: entrant.build.seconds,
                 bytes: entrant.contender.bytes(),
-                speed,
+                speed: Spread::of(&speeds),
                 disagreements: entrant.disagreements[at],
                 leaks: entrant.leaks[at],
-            }));
+            });
         }
     }
-    Ok(Comparison { scene: model.name.clone(), triangle_count, rows, absent })
+    Ok(PeerComparison { scene: model.name.clone(), triangle_count, rows, absent })
 }
 
-/// An index of ours, beside the mesh if it was built so.
-fn read<'a>(index: &'a OwnedIndex, mesh: &'a impl Deref<Target = Mesh>) -> AnyIndex<'a> {
+/// Compares the first of ours with Embree's default: for scenes by size. All of ours grow in
+/// [`growth::run`](super::growth::run).
+///
+/// # Errors
+/// As [`run`].
+pub fn run_briefly(model: &Model, options: &PeerOptions<'_>) -> Result<PeerComparison, BuildError> {
+    let options = PeerOptions {
+        peers: &PEERS[..PEERS.len().min(1)],
+        kinds: &options.kinds[..options.kinds.len().min(1)],
+        leak_ray_count: 0,
+        ..*options
+    };
+    run(model, &options, &|| {})
+}
+
+/// Opens an index of ours, beside the mesh if it was built so.
+fn read<'a>(index: &'a OwnedIndex, mesh: &'a impl Deref<Target = WeldedMesh>) -> AnyIndex<'a> {
     if ours::is_beside(index.kind()) { index.index_beside(mesh.kept()) } else { index.index() }
 }
 
-/// A library that panics is absent.
+/// Does some work of a library; if it panics, that is an error.
 fn guarded<T>(
     library: &'static str,
     work: impl FnOnce() -> Result<T, PeerError>,
@@ -253,39 +300,10 @@ fn guarded<T>(
     catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(PeerError::Panicked { library }))
 }
 
-/// Rays that must all hit; none if the scene is not closed. The answers are not looked at.
-fn leak_workload(model: &Model, options: &ComparisonOptions<'_>) -> Workload {
+/// Makes rays that must all hit; none if the scene is not closed.
+fn leak_workload(model: &Model, options: &PeerOptions<'_>) -> Workload {
     let inside = if options.leak_ray_count == 0 { None } else { closed::inside(&model.triangles) };
-    let rays = inside.map_or_else(Vec::new, |inside| {
-        leak_rays(&model.triangles, inside, options.leak_ray_count, options.seed)
-    });
-    Workload { shadow_rays: rays.clone(), rays, hits: Vec::new(), occluded: Vec::new() }
-}
-
-fn check(
-    contender: &dyn Contender,
-    mode: Mode,
-    workload: &Workload,
-    leaving: &Workload,
-    answers: &mut Answers,
-) -> (Disagreements, Option<usize>) {
-    if !answer(contender, mode, workload, answers) {
-        return (Disagreements::default(), None);
-    }
-    let disagreements = match mode {
-        Mode::Occluded => Disagreements::of_occlusion(&workload.occluded, &answers.occluded),
-        Mode::Single | Mode::Batch => Disagreements::of_hits(&workload.hits, &answers.hits),
-    };
-    if leaving.rays.is_empty() {
-        return (disagreements, None);
-    }
-    answer(contender, mode, leaving, answers);
-    let count = leaving.rays.len();
-    let leaks = match mode {
-        Mode::Occluded => answers.occluded[..count].iter().filter(|blocked| !**blocked).count(),
-        Mode::Single | Mode::Batch => {
-            answers.hits[..count].iter().filter(|hit| hit.is_none()).count()
-        }
-    };
-    (disagreements, Some(leaks))
+    inside.map_or_else(Workload::default, |inside| {
+        Workload::of_leaks(&model.triangles, inside, options.leak_ray_count, options.seed)
+    })
 }

@@ -6,16 +6,17 @@
 
 use arboleda::{Aabb, IndexKind, Triangle, Vec3};
 
+use crate::bench::measurement::{Measurement, measure, verified_workload};
 use crate::bench::plan::{Case, Effort, pairs};
-use crate::bench::rays::RaySet;
-use crate::bench::run::{Measurement, check_against_oracle, gain_percent, measure};
+use crate::bench::progress::Tick;
+use crate::bench::summary::gain_percent;
 use crate::scene::{AreaLight, Model, paper};
 
 /// The gap between the clusters, as a multiple of their size. With whole numbers all coordinates are
 /// exact: multiples of 1/8 below 2^21.
 pub const GAPS: [u32; 9] = [0, 1, 3, 10, 30, 100, 300, 1_000, 10_000];
 
-/// One kind of index at one gap.
+/// Measurements of one kind of index at one gap, alone and in each cluster.
 pub struct SeparationRow {
     /// The gap, as a multiple of the clusters' size.
     pub gap: u32,
@@ -26,7 +27,7 @@ pub struct SeparationRow {
 }
 
 impl SeparationRow {
-    /// What the hierarchy saves over a single index, in percent: of the time, of the cost by counters, and
+    /// Returns what the hierarchy saves over a single index, in percent: of the time, of the cost by counters, and
     /// of the bytes without the triangles.
     pub fn gains(&self) -> Gains {
         let (ours, theirs) = (&self.clustered, &self.single);
@@ -49,7 +50,7 @@ pub struct Gains {
     pub memory: f64,
 }
 
-/// Figure 3 with the clusters at another distance; there is a light above each.
+/// Makes figure 3 with the clusters at another distance; there is a light above each.
 ///
 /// # Panics
 /// Never: figure 3 is not empty.
@@ -70,7 +71,7 @@ pub fn clusters_apart(gap: u32) -> Model {
     model
 }
 
-/// How many steps `progress` takes.
+/// Counts the steps of `progress`.
 pub fn steps() -> u64 {
     (GAPS.len() * pairs().count() * 2) as u64
 }
@@ -79,20 +80,15 @@ pub fn steps() -> u64 {
 ///
 /// # Errors
 /// If two indices do not agree.
-pub fn run(
-    effort: &Effort,
-    seed: u64,
-    progress: &mut dyn FnMut(),
-) -> anyhow::Result<Vec<SeparationRow>> {
+pub fn run(effort: &Effort, progress: Tick<'_>) -> anyhow::Result<Vec<SeparationRow>> {
     let kinds: Vec<IndexKind> =
         pairs().flat_map(|(single, clustered)| [single, clustered]).collect();
     let cases: Vec<Case> = kinds.into_iter().map(Case::usual).collect();
     let mut rows = Vec::new();
     for gap in GAPS {
         let model = clusters_apart(gap);
-        let rays = RaySet::shoot(&model, effort.photons, seed)?;
-        check_against_oracle(&model, &rays)?;
-        let mut measured = measure(&model, &cases, &rays, effort, progress)?.into_iter();
+        let workload = verified_workload(&model, effort)?;
+        let mut measured = measure(&model, &cases, &workload, effort, progress)?.into_iter();
         while let (Some(single), Some(clustered)) = (measured.next(), measured.next()) {
             rows.push(SeparationRow { gap, single, clustered });
         }

@@ -16,7 +16,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::moller_trumbore::EdgeTriangle;
 use crate::contenders::PeerError;
-use crate::contenders::contender::{Built, Contender, Peer, Setting, found, refused};
+use crate::contenders::contender::Contender;
+use crate::contenders::peer::{BuiltPeer, Peer, Setting, found, refused};
 
 /// It has no settings.
 pub const PEER: Peer =
@@ -53,7 +54,7 @@ struct Binary {
 const STACK: usize = 128;
 
 impl Binary {
-    fn build(triangles: &[Triangle]) -> Result<Built<'static>, PeerError> {
+    fn build(triangles: &[Triangle]) -> Result<BuiltPeer, PeerError> {
         let point = |v: Vec3| Point3::new(v.x, v.y, v.z);
         let start = Instant::now();
         let mut shapes: Vec<Shape> = triangles
@@ -70,7 +71,7 @@ impl Binary {
         if depth >= STACK {
             return Err(refused("bvh", format_args!("its hierarchy is {depth} levels deep")));
         }
-        Ok(Built { contender: Box::new(Self { bvh, triangles }), build_seconds })
+        Ok(BuiltPeer { contender: Box::new(Self { bvh, triangles }), build_seconds })
     }
 
     /// Walks towards the closest hit and returns it; `enough` may end the walk at any hit.

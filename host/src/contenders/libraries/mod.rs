@@ -1,10 +1,22 @@
-//! Other people's libraries, each behind [`Contender`](super::Contender), with what several of them need.
+//! Other people's libraries, each behind [`Contender`](super::contender::Contender).
 
-pub mod bvh;
-pub mod embree;
-pub mod mesh;
+mod bvh;
+mod embree;
 mod moller_trumbore;
-pub mod obvhs;
-pub mod parry3d;
-#[cfg_attr(not(feature = "tinybvh"), path = "tinybvh_absent.rs")]
-pub mod tinybvh;
+mod obvhs;
+mod parry3d;
+mod tinybvh;
+
+use super::Peer;
+
+/// All libraries. Embree comes first as its users have it by default: what builds and growth are compared with.
+pub const PEERS: &[Peer] = &[
+    embree::MEDIUM,
+    embree::HIGH,
+    embree::ROBUST,
+    embree::COMPACT,
+    obvhs::PEER,
+    parry3d::PEER,
+    bvh::PEER,
+    tinybvh::PEER,
+];

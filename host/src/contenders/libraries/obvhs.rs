@@ -21,7 +21,8 @@ use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::{Ray as ObvhsRay, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 
-use crate::contenders::contender::{Built, Contender, Peer, Setting, found};
+use crate::contenders::contender::Contender;
+use crate::contenders::peer::{BuiltPeer, Peer, Setting, found};
 
 /// The presets that build slowly and answer fast. Losers on figure 4(b) and the city: `medium_build`
 /// (0.85 to 0.9 of `slow_build`), and the binary hierarchy (0.75 to 0.85 of the wide one), which is left
@@ -86,18 +87,18 @@ struct Obvhs<H> {
     triangles: Vec<RtTriangle>,
 }
 
-fn wide(triangles: &[Triangle], preset: BvhBuildParams) -> Built<'static> {
+fn wide(triangles: &[Triangle], preset: BvhBuildParams) -> BuiltPeer {
     build(triangles, |theirs| build_cwbvh_from_tris(theirs, preset, &mut Duration::default()))
 }
 
-fn binary(triangles: &[Triangle], preset: BvhBuildParams) -> Built<'static> {
+fn binary(triangles: &[Triangle], preset: BvhBuildParams) -> BuiltPeer {
     build(triangles, |theirs| build_bvh2_from_tris(theirs, preset, &mut Duration::default()))
 }
 
 fn build<H: Hierarchy + 'static>(
     triangles: &[Triangle],
     hierarchy: impl FnOnce(&[obvhs::triangle::Triangle]) -> H,
-) -> Built<'static> {
+) -> BuiltPeer {
     let theirs: Vec<_> = triangles
         .iter()
         .map(|triangle| obvhs::triangle::Triangle {
@@ -110,7 +111,7 @@ fn build<H: Hierarchy + 'static>(
     let hierarchy = hierarchy(&theirs);
     let ordered = hierarchy.ids().iter().map(|&id| (&theirs[id as usize]).into()).collect();
     let build_seconds = start.elapsed().as_secs_f64();
-    Built { contender: Box::new(Obvhs { hierarchy, triangles: ordered }), build_seconds }
+    BuiltPeer { contender: Box::new(Obvhs { hierarchy, triangles: ordered }), build_seconds }
 }
 
 #[inline]

@@ -13,7 +13,8 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::{Ray as ParryRay, RayCast};
 use parry3d::shape::Triangle as ParryTriangle;
 
-use crate::contenders::contender::{Built, Contender, Peer, Setting, found};
+use crate::contenders::contender::Contender;
+use crate::contenders::peer::{BuiltPeer, Peer, Setting, found};
 
 /// Both of its builders.
 pub const PEER: Peer = Peer {
@@ -30,7 +31,7 @@ struct Parry {
 }
 
 impl Parry {
-    fn build(triangles: &[Triangle], strategy: BvhBuildStrategy) -> Built<'static> {
+    fn build(triangles: &[Triangle], strategy: BvhBuildStrategy) -> BuiltPeer {
         let triangles: Vec<_> = triangles
             .iter()
             .map(|t| ParryTriangle::new(vector(t.a), vector(t.b), vector(t.c)))
@@ -39,7 +40,7 @@ impl Parry {
         let boxes: Vec<Aabb> = triangles.iter().map(ParryTriangle::local_aabb).collect();
         let bvh = Bvh::from_leaves(strategy, &boxes);
         let build_seconds = start.elapsed().as_secs_f64();
-        Built { contender: Box::new(Self { bvh, triangles }), build_seconds }
+        BuiltPeer { contender: Box::new(Self { bvh, triangles }), build_seconds }
     }
 
     #[inline]

@@ -11,7 +11,7 @@
 use arboleda::Triangle;
 
 use crate::contenders::PeerError;
-use crate::contenders::contender::{Built, Peer, Setting};
+use crate::contenders::peer::{BuiltPeer, Peer, Setting};
 
 /// With spatial splits and without.
 pub const PEER: Peer = Peer {
@@ -31,18 +31,24 @@ enum Splits {
     OfObjects,
 }
 
-#[cfg(not(target_feature = "avx2"))]
-fn build(_: &[Triangle], _: Splits) -> Result<Built<'static>, PeerError> {
-    // The crate decides at compile time.
+#[cfg(not(feature = "tinybvh"))]
+fn build(_: &[Triangle], _: Splits) -> Result<BuiltPeer, PeerError> {
+    let why_apart = "it needs a C++20 compiler";
+    Err(PeerError::NotCompiled { library: "tinybvh", feature: "tinybvh", why_apart })
+}
+
+// The crate decides at compile time.
+#[cfg(all(feature = "tinybvh", not(target_feature = "avx2")))]
+fn build(_: &[Triangle], _: Splits) -> Result<BuiltPeer, PeerError> {
     Err(PeerError::NeedsInstructions { library: "tinybvh", needed: "AVX2" })
 }
 
-#[cfg(target_feature = "avx2")]
-fn build(triangles: &[Triangle], splits: Splits) -> Result<Built<'static>, PeerError> {
+#[cfg(all(feature = "tinybvh", target_feature = "avx2"))]
+fn build(triangles: &[Triangle], splits: Splits) -> Result<BuiltPeer, PeerError> {
     wide::build(triangles, splits)
 }
 
-#[cfg(target_feature = "avx2")]
+#[cfg(all(feature = "tinybvh", target_feature = "avx2"))]
 mod wide {
     use std::time::Instant;
 
@@ -51,15 +57,13 @@ mod wide {
 
     use super::Splits;
     use crate::contenders::PeerError;
-    use crate::contenders::contender::{Built, Contender, found, refused};
+    use crate::contenders::contender::Contender;
+    use crate::contenders::peer::{BuiltPeer, found, refused};
 
     /// Its leaves hold four triangles side by side.
     const LEAF: u32 = 4;
 
-    pub(super) fn build(
-        triangles: &[Triangle],
-        splits: Splits,
-    ) -> Result<Built<'static>, PeerError> {
+    pub(super) fn build(triangles: &[Triangle], splits: Splits) -> Result<BuiltPeer, PeerError> {
         let point = |v: Vec3| [v.x, v.y, v.z, 0.0];
         let corners: Vec<[f32; 4]> =
             triangles.iter().flat_map(|t| [point(t.a), point(t.b), point(t.c)]).collect();
@@ -75,7 +79,7 @@ mod wide {
         let many = mbvh::BVH::new(&binary);
         let bvh = bvh8_cpu::BVH::new(&many).map_err(|error| refused("tinybvh", error))?;
         let build_seconds = start.elapsed().as_secs_f64();
-        Ok(Built { contender: Box::new(Wide { bvh }), build_seconds })
+        Ok(BuiltPeer { contender: Box::new(Wide { bvh }), build_seconds })
     }
 
     struct Wide {

@@ -13,7 +13,7 @@ const DENSITIES: (f64, f64) = (1e-4, 1024.0);
 /// Halvings of the range of densities on a log scale: to a part in 60,000.
 const STEPS: usize = 20;
 
-/// A case of `kind` with the density at which the index, without its triangles, is nearest in bytes to
+/// Finds a case of `kind` with the density at which the index, without its triangles, is nearest in bytes to
 /// `wanted`; and how many bytes that takes.
 ///
 /// More cells take more bytes, but in steps, because cells on an axis are whole: the search halves the
@@ -68,7 +68,7 @@ pub fn grid_of_bytes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::run::build;
+    use crate::bench::measurement::build;
     use crate::scene::paper::fig2;
 
     #[test]

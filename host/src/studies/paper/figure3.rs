@@ -2,9 +2,10 @@
 
 use arboleda::IndexKind;
 
+use crate::bench::measurement::{Measurement, measure, verified_workload};
 use crate::bench::plan::{Case, Effort};
-use crate::bench::rays::RaySet;
-use crate::bench::run::{Measurement, check_against_oracle, gain_percent, measure};
+use crate::bench::progress::Tick;
+use crate::bench::summary::gain_percent;
 use crate::scene::builtin;
 
 /// The level at which no leaf of the hierarchy has more than 12 triangles.
@@ -14,7 +15,7 @@ pub const SINGLE_LEVEL: u32 = 10;
 /// The most that the hierarchy saves in the paper, in percent.
 pub const PUBLISHED_GAIN: f64 = 87.0;
 
-/// Both, level by level.
+/// Measurements of both, level by level.
 pub struct Figure3 {
     /// The hierarchy from level 1 up to [`HIERARCHY_LEVEL`], from where on it does not change.
     pub hierarchy: Vec<Measurement>,
@@ -23,12 +24,12 @@ pub struct Figure3 {
 }
 
 impl Figure3 {
-    /// The finished trees: the hierarchy, and the single octree.
+    /// Returns the finished trees: the hierarchy, and the single octree.
     pub fn finished(&self) -> Option<(&Measurement, &Measurement)> {
         self.hierarchy.last().zip(self.single.last())
     }
 
-    /// The time that the hierarchy saves against a single octree, in percent: of the same level, or
+    /// Returns the time that the hierarchy saves against a single octree, in percent: of the same level, or
     /// where the hierarchy has none so deep, its deepest.
     pub fn gains(&self) -> impl Iterator<Item = (u32, f64)> {
         self.single.iter().zip(1..).filter_map(|(single, level)| {
@@ -40,7 +41,7 @@ impl Figure3 {
     }
 }
 
-/// How many steps `progress` takes.
+/// Counts the steps of `progress`.
 pub fn steps() -> u64 {
     u64::from(HIERARCHY_LEVEL + SINGLE_LEVEL)
 }
@@ -49,15 +50,14 @@ pub fn steps() -> u64 {
 ///
 /// # Errors
 /// If two indices do not agree.
-pub fn run(effort: &Effort, seed: u64, progress: &mut dyn FnMut()) -> anyhow::Result<Figure3> {
+pub fn run(effort: &Effort, progress: Tick<'_>) -> anyhow::Result<Figure3> {
     let model = builtin::require("fig3")?;
-    let rays = RaySet::shoot(&model, effort.photons, seed)?;
-    check_against_oracle(&model, &rays)?;
+    let workload = verified_workload(&model, effort)?;
     let hierarchy =
         (1..=HIERARCHY_LEVEL).map(|level| Case::at_level(IndexKind::OctreeHierarchy, level));
     let single = (1..=SINGLE_LEVEL).map(|level| Case::at_level(IndexKind::Octree, level));
     let cases: Vec<Case> = hierarchy.chain(single).collect();
-    let mut hierarchy = measure(&model, &cases, &rays, effort, progress)?;
+    let mut hierarchy = measure(&model, &cases, &workload, effort, progress)?;
     let single = hierarchy.split_off(HIERARCHY_LEVEL as usize);
     Ok(Figure3 { hierarchy, single })
 }

@@ -9,9 +9,10 @@ use arboleda::{IndexKind, Statistics};
 use rayon::prelude::*;
 
 use super::equal_bytes::grid_of_bytes;
+use crate::bench::measurement::{Measurement, build, measure, verified_workload};
 use crate::bench::plan::{Case, Effort};
-use crate::bench::rays::RaySet;
-use crate::bench::run::{Measurement, build, check_against_oracle, gain_percent, measure};
+use crate::bench::progress::Tick;
+use crate::bench::summary::gain_percent;
 use crate::scene::{Model, builtin};
 
 /// The octree levels of the paper's tables.
@@ -21,7 +22,7 @@ pub const LAST_LEVEL_OF_GRIDS: u32 = 3;
 /// The most that octrees save at deep levels in the paper's tables, in percent.
 pub const DEEP_GAIN: f64 = 65.0;
 
-/// A scene of figure 4, and the best times that the paper gives for it.
+/// Scene of figure 4, and the best times that the paper gives for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Published {
     /// The built-in scene.
@@ -59,7 +60,7 @@ pub const PUBLISHED: [Published; 5] = [
     published("fig4e", "4(e)", 97.05, 95.92),
 ];
 
-/// One level of one table.
+/// Level of a table.
 pub struct LevelRow {
     /// The highest level allowed.
     pub level: u32,
@@ -73,7 +74,7 @@ pub struct LevelRow {
     pub pointer_grid: Measurement,
 }
 
-/// The bytes that an octree with these parts takes if a divided cell has all eight children, empty ones
+/// Returns the bytes that an octree with these parts takes if a divided cell has all eight children, empty ones
 /// included; each node has eight links, a count and the head of a list; each list entry has an id and a link;
 /// and all of these are four bytes.
 pub fn pointer_octree_bytes(parts: &Statistics, cluster_count: u32) -> usize {
@@ -110,7 +111,7 @@ impl LevelRow {
     }
 }
 
-/// The table of one scene.
+/// Table of one scene.
 pub struct SceneTable {
     /// What the paper has.
     pub published: Published,
@@ -161,12 +162,12 @@ impl SceneTable {
     }
 }
 
-/// Microseconds a photon, by which cases on different shares of the photons can be compared.
+/// Returns microseconds a photon, by which cases on different shares of the photons can be compared.
 fn time(measurement: &Measurement) -> f64 {
     measurement.microseconds_per_photon()
 }
 
-/// How many steps `progress` takes for one scene.
+/// Counts the steps of `progress` for one scene.
 pub fn steps() -> u64 {
     // The search for the grids, and the measurements of the three.
     4 * LEVELS.count() as u64
@@ -179,12 +180,10 @@ pub fn steps() -> u64 {
 pub fn run(
     published: Published,
     effort: &Effort,
-    seed: u64,
-    progress: &(impl Fn() + Sync),
+    progress: Tick<'_>,
 ) -> anyhow::Result<SceneTable> {
     let model = builtin::require(published.scene)?;
-    let rays = RaySet::shoot(&model, effort.photons, seed)?;
-    check_against_oracle(&model, &rays)?;
+    let workload = verified_workload(&model, effort)?;
 
     // 1. The grids of the octrees' sizes. Nothing is timed yet, so all processors may search.
     let levels: Vec<u32> = LEVELS.collect();
@@ -200,7 +199,7 @@ pub fn run(
     // 2. The clock, level by level, so that what is compared is measured side by side.
     let mut table = SceneTable { published, cluster_count: 0, rows: Vec::new() };
     for (&level, plan) in levels.iter().zip(plans) {
-        let measured = measure(&model, &plan.cases, &rays, effort, &mut || progress())?;
+        let measured = measure(&model, &plan.cases, &workload, effort, progress)?;
         let [octree, grid, pointer_grid] =
             <[Measurement; 3]>::try_from(measured).ok().context("three cases were measured")?;
         table.cluster_count = octree.cluster_count;
@@ -213,7 +212,7 @@ pub fn run(
     Ok(table)
 }
 
-/// What is measured at one level.
+/// Cases to be measured at one level.
 struct LevelPlan {
     /// The octrees, the grids as large as these, the grids as large as `pointer_bytes`.
     cases: [Case; 3],

@@ -6,7 +6,7 @@
 
 use arboleda::{Hit, Ray};
 
-use crate::contenders::contender::found;
+use crate::contenders::peer::found;
 
 /// `RTC_INVALID_GEOMETRY_ID`.
 const INVALID: u32 = u32::MAX;

@@ -1,7 +1,7 @@
 //! The shared library, and one scene in it behind safe methods. All `unsafe` of the host is here.
 //!
 //! The library is opened once and never closed: its threads' storage does not survive that.
-//! Invariants of a [`Scene`]: it is committed and never changed again; scene and device are released
+//! Invariants of an [`EmbreeScene`]: it is committed and never changed again; scene and device are released
 //! once, in this order, and the counter of bytes lives longer than both.
 
 use std::ffi::{CStr, c_char, c_void};
@@ -13,14 +13,14 @@ use libloading::Library;
 
 use super::layout::{Packet, PacketRayHits, RayHit, SingleRay};
 use crate::contenders::PeerError;
-use crate::contenders::contender::refused;
-use crate::contenders::libraries::mesh::Mesh;
+use crate::contenders::mesh::WeldedMesh;
+use crate::contenders::peer::refused;
 
 /// Where to look if `EMBREE4_LIBRARY` does not say.
 const USUAL_NAMES: [&str; 4] =
     ["libembree4.so.4", "libembree4.so", "libembree4.4.dylib", "embree4.dll"];
 
-/// What [`Scene::build`] hands to `rtcNewDevice`.
+/// What [`EmbreeScene::build`] hands to `rtcNewDevice`.
 #[derive(Clone, Copy)]
 pub(super) struct Config(pub(super) &'static CStr);
 
@@ -123,7 +123,7 @@ fn functions() -> Result<&'static Functions, PeerError> {
 }
 
 /// A device with one scene of one mesh.
-pub(super) struct Scene {
+pub(super) struct EmbreeScene {
     functions: &'static Functions,
     device: Handle,
     handle: Handle,
@@ -132,17 +132,17 @@ pub(super) struct Scene {
 }
 
 unsafe extern "C" fn count_bytes(counter: *mut c_void, bytes: isize, _after: bool) -> bool {
-    // SAFETY: the pointer is the one given with this function in `Scene::build`: to the counter in a
-    // box that `Scene` drops after the device.
+    // SAFETY: the pointer is the one given with this function in `EmbreeScene::build`: to the counter in a
+    // box that `EmbreeScene` drops after the device.
     let counter = unsafe { &*counter.cast::<AtomicIsize>() };
     counter.fetch_add(bytes, Ordering::Relaxed);
     true
 }
 
-impl Scene {
+impl EmbreeScene {
     /// Copies the mesh and builds.
     pub(super) fn build(
-        mesh: &Mesh,
+        mesh: &WeldedMesh,
         config: Config,
         quality: Quality,
         robustness: Robustness,
@@ -250,7 +250,7 @@ impl Scene {
     }
 }
 
-impl Drop for Scene {
+impl Drop for EmbreeScene {
     fn drop(&mut self) {
         // SAFETY: both are valid and released nowhere else; the counter is dropped after this.
         unsafe {

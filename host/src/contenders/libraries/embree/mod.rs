@@ -21,10 +21,11 @@ use std::time::Instant;
 use arboleda::{Hit, Ray, Triangle};
 
 use self::layout::{Packet, RayHit, SingleRay};
-use self::library::{Config, Quality, Robustness, Scene};
+use self::library::{Config, EmbreeScene, Quality, Robustness};
 use crate::contenders::PeerError;
-use crate::contenders::contender::{Batch, Built, Contender, Peer, Setting};
-use crate::contenders::libraries::mesh::Mesh;
+use crate::contenders::contender::{Batch, Contender};
+use crate::contenders::mesh::WeldedMesh;
+use crate::contenders::peer::{BuiltPeer, Peer, Setting};
 
 /// One quality on AVX2 and on the best there is.
 macro_rules! both_isas {
@@ -75,7 +76,7 @@ const AVX2: Config = Config(c"threads=1,isa=avx2");
 const BEST: Config = Config(c"threads=1");
 
 struct Embree {
-    scene: Scene,
+    scene: EmbreeScene,
 }
 
 fn build(
@@ -83,13 +84,13 @@ fn build(
     config: Config,
     quality: Quality,
     robustness: Robustness,
-) -> Result<Built<'static>, PeerError> {
+) -> Result<BuiltPeer, PeerError> {
     // A program that uses Embree has a mesh with shared corners, and would not pay for finding them.
-    let mesh = Mesh::welded(triangles);
+    let mesh = WeldedMesh::of(triangles);
     let start = Instant::now();
-    let scene = Scene::build(&mesh, config, quality, robustness)?;
+    let scene = EmbreeScene::build(&mesh, config, quality, robustness)?;
     let build_seconds = start.elapsed().as_secs_f64();
-    Ok(Built { contender: Box::new(Embree { scene }), build_seconds })
+    Ok(BuiltPeer { contender: Box::new(Embree { scene }), build_seconds })
 }
 
 impl Contender for Embree {

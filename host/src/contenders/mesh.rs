@@ -6,14 +6,14 @@ use std::collections::hash_map::Entry;
 use arboleda::{Triangle, Vec3};
 
 /// Corners, each once, and three of them for each triangle.
-pub(crate) struct Mesh {
-    pub(crate) corners: Vec<[f32; 3]>,
-    pub(crate) triangles: Vec<[u32; 3]>,
+pub struct WeldedMesh {
+    pub(super) corners: Vec<[f32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
 }
 
-impl Mesh {
+impl WeldedMesh {
     /// Gives corners with the same bits one place.
-    pub(crate) fn welded(triangles: &[Triangle]) -> Self {
+    pub fn of(triangles: &[Triangle]) -> Self {
         let mut places: HashMap<[u32; 3], u32> = HashMap::new();
         let mut corners = Vec::new();
         let mut place = |corner: Vec3| match places.entry(corner.to_array().map(f32::to_bits)) {
@@ -28,7 +28,7 @@ impl Mesh {
     }
 
     /// For an index of ours beside it.
-    pub(crate) fn kept(&self) -> arboleda::Mesh<'_> {
+    pub fn kept(&self) -> arboleda::Mesh<'_> {
         let vertices = bytemuck::cast_slice(&self.corners);
         arboleda::Mesh::Indexed { vertices, corners: &self.triangles }
     }

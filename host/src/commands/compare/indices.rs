@@ -1,42 +1,35 @@
-//! `arboleda compare`: every index on every scene, and what that depends on.
+//! `arboleda compare` alone: every index on every scene, and what that depends on.
 
 use std::path::{Path, PathBuf};
 
-use anyhow::ensure;
 use arboleda::{IndexKind, Options};
 use clap::{Args, ValueEnum};
 
-use super::arguments::{MeasureArguments, OriginArgument};
-use super::cluster_picture::paint_model;
-use super::compare_peers::{self, PeerArguments};
-use super::output::{bytes, count, duration, say, table};
-use super::separation::{record as record_separation, separation_effort};
+use super::super::arguments::MeasureArguments;
+use super::super::cluster_picture::paint_model;
+use super::super::output::{bytes, count, duration, say, table};
+use super::super::separation;
+use super::levels::{self, check_levels, print_checks};
+use super::scenes::SceneChoice;
 use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::step_bar;
+use crate::bench::progress::with_bar;
 use crate::bench::record::Recorder;
 use crate::file_output::make_folder;
 use crate::report::{Canvas, CompareEvidence, compare_page};
-use crate::scene::{self, Model, UpAxis, builtin};
+use crate::scene::{Model, UpAxis, builtin};
+use crate::studies::growth;
 use crate::studies::indices::{self, SceneComparison};
-use crate::studies::levels::{self, LevelCheck};
-use crate::studies::{calibration, counters, growth, separation};
 
-/// Photons on which a level is counted and timed: some 6,000 rays, the same for all.
+/// The most photons in the study of levels: some 6,000 rays, the same for all.
 const LEVEL_PHOTONS: u64 = 3_000;
 /// Pixels of a picture in the page.
 const PICTURE: [u32; 2] = [600, 480];
 
-/// Compare every index on every scene: time, spread, memory, counters; with a page and a file
+/// Scenes, effort and outputs.
 #[derive(Args)]
-pub struct Compare {
-    /// Scene files, beside the built-in scenes
-    #[arg(value_name = "SCENE")]
-    files: Vec<PathBuf>,
-    /// Only these built-in scenes, separated by commas; `none` for the files alone
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
-    scenes: Vec<String>,
+pub struct Indices {
     #[command(flatten)]
-    origin: OriginArgument,
+    scenes: SceneChoice,
     #[command(flatten)]
     measure: MeasureArguments,
     /// Write the page index.html, compare.csv and pictures of the clusters to this folder
@@ -45,25 +38,14 @@ pub struct Compare {
     /// With --out: studies to add to the page, separated by commas. Each takes a minute or more
     #[arg(long, value_name = "STUDY,...", value_enum, value_delimiter = ',', requires = "out")]
     studies: Vec<Study>,
-    /// Print only figures that are the same on every machine and in every run: for a diff
-    #[arg(long, conflicts_with_all = ["files", "scenes", "photons", "repetitions", "seed", "out", "peers"])]
-    counters: bool,
-    #[command(flatten)]
-    peers: PeerArguments,
-    /// Only check the automatic levels and resolutions against all others
-    #[arg(long, conflicts_with = "out")]
-    levels: bool,
-    /// Only measure what a ray, a node and a test take in each index, and print the table of the automatic selection
-    #[arg(long, conflicts_with_all = ["out", "levels", "photons", "repetitions"])]
-    calibrate: bool,
 }
 
-/// A study that the page may show besides the comparison.
+/// Study that the page may show besides the comparison.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Study {
     /// Every index on cities and mixed scenes from small to large
     Growth,
-    /// The automatic levels and resolutions against all others
+    /// The automatic levels and resolutions against all others, on at most 3,000 photons
     Levels,
     /// Each index and its hierarchy on clusters that move apart
     Separation,
@@ -71,55 +53,23 @@ enum Study {
     All,
 }
 
-impl Compare {
+impl Indices {
     /// Runs the command.
     ///
     /// # Errors
     /// If two indices do not agree, or a file cannot be read or written.
     pub fn run(&self) -> anyhow::Result<()> {
-        if self.counters {
-            say!("{}", counters::lines()?.trim_end());
-            return Ok(());
-        }
-        if self.peers.peers {
-            let models = || self.models(compare_peers::SCENES);
-            let folder = self.out.as_deref();
-            return compare_peers::run(
-                &self.peers,
-                models,
-                self.measure.seed,
-                self.measure.repetitions,
-                folder,
-            );
-        }
         if let Some(folder) = &self.out {
             make_folder(folder)?;
         }
-        let models = self.models(builtin::names())?;
-        if self.levels {
-            print_checks(&self.check_levels(&models)?);
-            return Ok(());
-        }
-        if self.calibrate {
-            let bar = step_bar(calibration::steps(&models), "calibration");
-            let fits =
-                calibration::run(&models, &calibration::EFFORT, self.measure.seed, &|| bar.inc(1))?;
-            bar.finish_and_clear();
-            say!("{}", calibration::lines(&fits).trim_end());
-            return Ok(());
-        }
-        let effort = Effort {
-            photons: self.measure.photons,
-            repetitions: self.measure.repetitions,
-            seconds: 0.1,
-            share: Share::Own,
-        };
-        let mut recorder = Recorder::new(self.measure.seed);
+        let models = self.scenes.models(builtin::names())?;
+        let effort = self.measure.effort(0.1, Share::Own);
+        let mut recorder = Recorder::new(effort.seed);
         let mut scenes = Vec::new();
         for model in &models {
-            let bar = step_bar(indices::steps(), &model.name);
-            let scene = indices::run(model, &effort, self.measure.seed, &mut || bar.inc(1))?;
-            bar.finish_and_clear();
+            let scene = with_bar(indices::steps(), &model.name, |progress| {
+                indices::run(model, &effort, progress)
+            })?;
             print_scene(&scene);
             recorder.add("compare", &scene.scene, &scene.measured);
             scenes.push(scene);
@@ -151,42 +101,7 @@ impl Compare {
         added
     }
 
-    /// The scenes named, or the `usual` ones, and the files, each with a light.
-    fn models(&self, usual: impl IntoIterator<Item = &'static str>) -> anyhow::Result<Vec<Model>> {
-        let names: Vec<&str> = match self.scenes.as_slice() {
-            [] => usual.into_iter().collect(),
-            [only] if only == "none" => Vec::new(),
-            names => names.iter().map(String::as_str).collect(),
-        };
-        let mut models = Vec::new();
-        for name in names {
-            models.push(builtin::require(name)?);
-        }
-        for path in &self.files {
-            models.push(scene::load(path, self.origin.get())?);
-        }
-        ensure!(!models.is_empty() || self.peers.growth.is_some(), "no scene is named");
-        Ok(models.into_iter().map(|model| model.with_default_light(UpAxis::Auto)).collect())
-    }
-
-    /// The automatic choices of every index against all others.
-    fn check_levels(&self, models: &[Model]) -> anyhow::Result<Vec<LevelCheck>> {
-        let effort = Effort {
-            photons: self.measure.photons.min(LEVEL_PHOTONS),
-            repetitions: self.measure.repetitions,
-            seconds: 0.3,
-            share: Share::Own,
-        };
-        let mut checks = Vec::new();
-        for model in models {
-            let bar = step_bar(levels::steps(), &format!("{}, levels", model.name));
-            checks.extend(levels::run(model, &effort, self.measure.seed, &|| bar.inc(1))?);
-            bar.finish_and_clear();
-        }
-        Ok(checks)
-    }
-
-    /// The rest of the studies, and the files.
+    /// Makes the studies asked for, and writes the files.
     fn write(
         &self,
         folder: &Path,
@@ -197,10 +112,8 @@ impl Compare {
     ) -> anyhow::Result<()> {
         let mut growth = Vec::new();
         if self.adds(Study::Growth, "every index on larger and larger scenes") {
-            let bar = step_bar(growth::steps(), "growth");
             let brief = Effort { seconds: 0.05, ..*effort };
-            growth = growth::run(&brief, self.measure.seed, &mut || bar.inc(1))?;
-            bar.finish_and_clear();
+            growth = with_bar(growth::steps(), "growth", |progress| growth::run(&brief, progress))?;
             for row in &growth {
                 recorder.add("growth", row.family, &row.measured);
             }
@@ -208,7 +121,9 @@ impl Compare {
 
         let mut checks = Vec::new();
         if self.adds(Study::Levels, "automatic levels against all others") {
-            checks = self.check_levels(models)?;
+            let photons = effort.photons.min(LEVEL_PHOTONS);
+            checks =
+                check_levels(models, &Effort { photons, seconds: levels::SECONDS, ..*effort })?;
             for check in &checks {
                 recorder.add("levels", &check.scene, std::slice::from_ref(&check.automatic));
                 recorder.add("levels", &check.scene, &check.tried);
@@ -216,13 +131,10 @@ impl Compare {
             print_checks(&checks);
         }
 
-        let mut separation = Vec::new();
+        let mut apart = Vec::new();
         if self.adds(Study::Separation, "clusters that move apart") {
-            let bar = step_bar(separation::steps(), "separation");
-            let apart = separation_effort(self.measure.photons, self.measure.repetitions);
-            separation = separation::run(&apart, self.measure.seed, &mut || bar.inc(1))?;
-            bar.finish_and_clear();
-            record_separation(&mut recorder, &separation);
+            apart = separation::measure(effort)?;
+            separation::record(&mut recorder, &apart);
         }
 
         let pictures = models
@@ -234,7 +146,7 @@ impl Compare {
         let evidence = CompareEvidence {
             scenes,
             growth: &growth,
-            separation: &separation,
+            separation: &apart,
             levels: &checks,
             pictures: &pictures,
             provenance: recorder.provenance(),
@@ -315,41 +227,6 @@ fn print_selections(scenes: &[SceneComparison]) {
             format!("{:.1}%", scene.loss_percent(by_rays)),
             fastest.name().to_owned(),
             count(rate(fastest)),
-        ]);
-    }
-    say!("{lines}");
-}
-
-fn print_checks(checks: &[LevelCheck]) {
-    let mut lines = table(&[
-        "automatic choice",
-        "level",
-        "nodes",
-        "tests",
-        "cost/ray",
-        "cheapest",
-        "nodes",
-        "tests",
-        "cost/ray",
-        "excess",
-        "fastest",
-        "excess time",
-    ]);
-    for check in checks {
-        let (cheapest, fastest) = (check.best_by_counters(), check.best_by_time());
-        lines.add_row([
-            format!("{} {}", check.scene, check.automatic.case.kind.name()),
-            check.automatic.deepest_level.to_string(),
-            format!("{:.1}", check.automatic.nodes_per_ray()),
-            format!("{:.1}", check.automatic.tests_per_ray()),
-            format!("{:.2}", check.automatic.cost_per_ray()),
-            cheapest.case.setting.clone(),
-            format!("{:.1}", cheapest.nodes_per_ray()),
-            format!("{:.1}", cheapest.tests_per_ray()),
-            format!("{:.2}", cheapest.cost_per_ray()),
-            format!("{:.1}%", check.excess_cost()),
-            fastest.case.setting.clone(),
-            format!("{:+.1}%", check.excess_time()),
         ]);
     }
     say!("{lines}");

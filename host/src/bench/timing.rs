@@ -1,0 +1,75 @@
+//! The clock. Everything takes turns: a slow moment of the machine hits all contenders, not one.
+//!
+//! Rays are timed in processor time of the thread, so that other programs' share of the processor is not counted; they
+//! still take some of its caches.
+
+use std::hint::black_box;
+
+use arboleda::Ray;
+use cpu_time::ThreadTime;
+
+use super::progress::Tick;
+use crate::contenders::contender::{Answers, Contender, Mode};
+
+/// Contender, and the rays that it is asked about in one mode.
+#[derive(Clone, Copy)]
+pub struct Turn<'t> {
+    /// Answers.
+    pub contender: &'t dyn Contender,
+    /// How it is asked.
+    pub mode: Mode,
+    /// All of them are answered in each round.
+    pub rays: &'t [Ray],
+}
+
+/// Times every turn once a round, for at least one round; calls `progress` after each.
+///
+/// Returns the seconds of each turn, round by round; none for a mode that the contender does not have.
+pub fn time(turns: &[Turn<'_>], rounds: usize, progress: Tick<'_>) -> Vec<Vec<f64>> {
+    let longest = turns.iter().map(|turn| turn.rays.len()).max();
+    let mut answers = Answers::room(longest.unwrap_or(0));
+    let mut seconds = vec![Vec::new(); turns.len()];
+    for _ in 0..rounds.max(1) {
+        for (turn, seconds) in turns.iter().zip(&mut seconds) {
+            let start = ThreadTime::now();
+            let answers = black_box(&mut answers);
+            let answered = turn.contender.answer(turn.mode, black_box(turn.rays), answers);
+            let elapsed = start.elapsed().as_secs_f64();
+            if answered {
+                seconds.push(elapsed);
+            }
+        }
+        progress();
+    }
+    seconds
+}
+
+/// How often everything is built at least and at most, the first time included.
+const BUILDS: [usize; 2] = [3, 30];
+/// More often than at least as long as its builds together take less: short ones are the most disturbed.
+const SECONDS: f64 = 0.5;
+/// From so many triangles on builds are long, and the first touch of memory a small share: one is enough.
+const LARGE: usize = 500_000;
+
+/// Time of what was built once, and how to build it again.
+pub struct Build<'a> {
+    /// The shortest so far.
+    pub seconds: f64,
+    /// Builds once more and returns the seconds; infinitely many if that fails.
+    pub again: Box<dyn Fn() -> f64 + 'a>,
+}
+
+/// Builds everything several times in turns. The shortest time counts: whatever disturbs a build makes it longer.
+pub fn time_builds(builds: &mut [&mut Build<'_>], triangle_count: usize) {
+    let [least, most] = if triangle_count < LARGE { BUILDS } else { [1; 2] };
+    let mut totals: Vec<f64> = builds.iter().map(|build| build.seconds).collect();
+    for round in 1..most {
+        for (build, total) in builds.iter_mut().zip(&mut totals) {
+            if round < least || *total < SECONDS {
+                let seconds = (build.again)();
+                build.seconds = build.seconds.min(seconds);
+                *total += seconds;
+            }
+        }
+    }
+}
