@@ -7,7 +7,7 @@ use super::contender::{Answers, Mode};
 use super::*;
 use crate::OwnedIndex;
 use crate::bench::workload::Workload;
-use crate::report::peers_table::write_csv;
+use crate::report::pages::peers_table::write_csv;
 use crate::scene::builtin;
 use crate::studies::peers::{PeerOptions, run};
 

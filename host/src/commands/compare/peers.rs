@@ -15,8 +15,10 @@ use crate::bench::provenance::Provenance;
 use crate::contenders::{PEERS, Peer, PeerError, ours};
 use crate::file_output::{make_folder, write_file};
 use crate::owned_index::{kind_by_name, kind_names};
-use crate::report::peers_table::{GROWTH_LEGEND, SCENE_LEGEND, growth_grid, scene_grid, write_csv};
-use crate::report::{PeersEvidence, absent, peers_page};
+use crate::report::pages::peers_table::{
+    GROWTH_LEGEND, SCENE_LEGEND, growth_grid, scene_grid, write_csv,
+};
+use crate::report::pages::{PeersEvidence, absent, peers_page};
 use crate::studies::growth::{sized_scene_count, sized_scenes};
 use crate::studies::peers::{self, PeerComparison, PeerOptions, USUAL_KINDS};
 

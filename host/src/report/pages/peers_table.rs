@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::grid::{Cell, Grid, Mark};
 use crate::bench::record;
 use crate::contenders::contender::Mode;
+use crate::report::grid::{Cell, Grid, Mark};
 use crate::studies::peers::{PeerComparison, PeerRow};
 
 /// Row of `compare.csv`; bytes and leaks that are not known are left empty.

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use arboleda::IndexKind;
 
-use super::html::{Page, signed_percent};
-use super::plot::{Plot, Scale, Series, Stroke, number};
-use super::separation_section::separation_section;
+use super::separation::separation_section;
 use crate::bench::measurement::Measurement;
 use crate::bench::provenance::Provenance;
+use crate::report::html::{Page, signed_percent};
+use crate::report::plot::{Plot, Scale, Series, Stroke, number};
 use crate::studies::growth::{FAMILIES, GrowthRow};
 use crate::studies::indices::SceneComparison;
 use crate::studies::levels::LevelCheck;

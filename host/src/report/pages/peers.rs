@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::grid::{Cell, Grid, Mark};
 use super::peers_table::{self as tables, bytes_per_triangle, fastest};
 use crate::bench::provenance::Provenance;
 use crate::contenders::contender::Mode;
+use crate::report::grid::{Cell, Grid, Mark};
 use crate::studies::peers::{PeerComparison, PeerRow};
 
 /// All that the page shows.

@@ -1,8 +1,8 @@
 //! The part of pages about clusters that move apart.
 
-use super::html::{Page, signed_percent};
-use super::plot::{Plot, Scale, Series, Stroke, number};
 use crate::bench::plan::pairs;
+use crate::report::html::{Page, signed_percent};
+use crate::report::plot::{Plot, Scale, Series, Stroke, number};
 use crate::studies::separation::{GAPS, Gains, SeparationRow};
 
 /// Touching clusters have no place on a logarithmic axis; they stand here.

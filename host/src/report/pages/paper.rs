@@ -1,12 +1,12 @@
 //! The page about the paper's figures and tables.
 
-use super::html::{Page, signed_percent};
 use super::paper_words::{differences, reasons, saves_or_loses, verdict};
-use super::plot::{Plot, Scale, Series, Stroke};
-use super::separation_section::separation_section;
+use super::separation::separation_section;
 use crate::bench::measurement::Measurement;
 use crate::bench::provenance::Provenance;
 use crate::bench::summary::gain_percent;
+use crate::report::html::{Page, signed_percent};
+use crate::report::plot::{Plot, Scale, Series, Stroke};
 use crate::studies::paper::figure3::{Figure3, HIERARCHY_LEVEL, PUBLISHED_GAIN, SINGLE_LEVEL};
 use crate::studies::paper::tables::{LevelRow, SceneTable};
 use crate::studies::separation::SeparationRow;
