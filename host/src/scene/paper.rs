@@ -92,7 +92,7 @@ const USUAL_SIDE: f32 = 36.0;
 const STEP: f32 = 4.04;
 
 /// Where the middle of a row of teapots stands, and how many there are.
-type Row = ((f32, f32), u8);
+type FloorRow = ((f32, f32), u8);
 
 /// Figure 4(a): a floor and five teapots in one row; 2 clusters.
 pub fn fig4a() -> Model {
@@ -109,7 +109,7 @@ pub fn fig4c() -> Model {
     on_floor("fig4c", USUAL_SIDE, &GROUPS_OF_C)
 }
 
-const GROUPS_OF_C: [Row; 3] = [((-10.0, -7.0), 2), ((10.0, -7.0), 2), ((0.0, 12.0), 1)];
+const GROUPS_OF_C: [FloorRow; 3] = [((-10.0, -7.0), 2), ((10.0, -7.0), 2), ((0.0, 12.0), 1)];
 
 /// Figure 4(d): five teapots around a sixth that is three times as large; 5 clusters.
 ///
@@ -135,7 +135,7 @@ fn with_sixth(mut model: Model, scale: f32) -> Model {
 }
 
 /// A floor around the origin, rows of teapots along y, and a light high enough above for all of them.
-fn on_floor(name: &str, side: f32, rows: &[Row]) -> Model {
+fn on_floor(name: &str, side: f32, rows: &[FloorRow]) -> Model {
     let mut model = Model::named(name);
     let floor = shapes::floor(Vec3::ZERO, side, FLOOR_DIVISIONS);
     model.add_object("floor", floor, FLOOR_REFLECTANCE);

@@ -23,7 +23,7 @@ const MOST_DIVISIONS: u32 = 256;
 /// Control points are multiples of a millionth.
 const UNIT: f64 = 1e6;
 
-type Point = [i128; 3];
+type ScaledPoint = [i128; 3];
 
 /// Where a teapot stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,20 +84,20 @@ pub(super) fn placed(triangles: &[Triangle], placement: Placement) -> Vec<Triang
 }
 
 /// The point of a cubic curve at `i / n`, times `n^3`.
-fn bezier(control: [Point; 4], i: i128, n: i128) -> Point {
+fn bezier(control: [ScaledPoint; 4], i: i128, n: i128) -> ScaledPoint {
     let k = n - i;
     let weights = [k * k * k, 3 * k * k * i, 3 * k * i * i, i * i * i];
     [0, 1, 2].map(|axis| (0..4).map(|at| weights[at] * control[at][axis]).sum())
 }
 
 /// A point of a patch, which is still `n^3 * n^3 / UNIT` times too large.
-fn rounded(point: Point, n: i128) -> Vec3 {
+fn rounded(point: ScaledPoint, n: i128) -> Vec3 {
     let scale = n.pow(6) as f64 * UNIT;
     Vec3::from_array(point.map(|coordinate| (coordinate as f64 / scale) as f32))
 }
 
 /// The 16 control points of each patch, in millionths.
-fn patches() -> Vec<[Point; 16]> {
+fn patches() -> Vec<[ScaledPoint; 16]> {
     let mut points = Vec::new();
     let mut patches = Vec::new();
     for line in PATCHES.lines() {

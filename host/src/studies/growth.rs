@@ -95,23 +95,10 @@ pub fn run(effort: &Effort, progress: Tick<'_>) -> anyhow::Result<Vec<GrowthRow>
 /// Sizes of the scenes for other libraries, ten times larger each step.
 const SIZES: [u32; 5] = [1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Counts the scenes of [`sized_scenes`].
-pub fn sized_scene_count(largest: u32) -> u64 {
-    (SIZED.len() * sizes(largest).count()) as u64
-}
-
-/// Makes meshes and cities up to `largest` triangles, each when its turn comes: few sizes, far apart, for the two or
-/// three contenders that are compared on each.
-pub fn sized_scenes(largest: u32) -> impl Iterator<Item = Model> {
-    SIZED.into_iter().flat_map(move |(family, build)| {
-        sizes(largest).map(move |size| {
-            let mut model = build(size);
-            model.name = format!("{family}-{size}");
-            model
-        })
-    })
-}
-
-fn sizes(largest: u32) -> impl Iterator<Item = u32> {
-    SIZES.into_iter().filter(move |&size| size <= largest)
+/// Names meshes and cities up to `largest` triangles: few sizes, far apart, for the two or three contenders that are
+/// compared on each.
+pub fn sized_scenes(largest: u32) -> Vec<String> {
+    let sizes = || SIZES.into_iter().filter(|&size| size <= largest);
+    let named = |family| sizes().map(move |size| format!("{family}-{size}"));
+    SIZED.iter().flat_map(|(family, _)| named(family)).collect()
 }

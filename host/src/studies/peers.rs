@@ -102,8 +102,8 @@ const SAMPLE: usize = 100_000;
 /// Contender, and what was found out before the timing.
 struct Entrant<'a> {
     name: &'static str,
-    is_ours: bool,
-    setting: &'static str,
+    /// Ours have none.
+    setting: Option<&'static Setting>,
     contender: Box<dyn Contender + 'a>,
     build: Build<'a>,
     disagreements: [Disagreements; 3],
@@ -111,22 +111,15 @@ struct Entrant<'a> {
 }
 
 impl<'a> Entrant<'a> {
-    /// Takes a built contender; ours have no settings.
+    /// Takes a built contender, whose answers are still to be compared.
     fn new(
         name: &'static str,
         setting: Option<&'static Setting>,
         contender: Box<dyn Contender + 'a>,
         build: Build<'a>,
     ) -> Self {
-        Self {
-            name,
-            is_ours: setting.is_none(),
-            setting: setting.map_or("default", |setting| setting.name),
-            contender,
-            build,
-            disagreements: Default::default(),
-            leaks: [None; 3],
-        }
+        let (disagreements, leaks) = Default::default();
+        Self { name, setting, contender, build, disagreements, leaks }
     }
 
     /// Compares the answers of every mode with the exact ones, and counts leaks if there are rays for that.
@@ -255,8 +248,8 @@ pub fn run(
             rows.push(PeerRow {
                 scene: model.name.clone(),
                 contender: entrant.name,
-                setting: entrant.setting,
-                is_ours: entrant.is_ours,
+                setting: entrant.setting.map_or("default", |setting| setting.name),
+                is_ours: entrant.setting.is_none(),
                 mode,
                 triangle_count,
                 build_seconds: entrant.build.seconds,

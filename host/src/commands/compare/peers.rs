@@ -19,7 +19,8 @@ use crate::report::pages::peers_table::{
     GROWTH_LEGEND, SCENE_LEGEND, growth_grid, scene_grid, write_csv,
 };
 use crate::report::pages::{PeersEvidence, absent, peers_page};
-use crate::studies::growth::{sized_scene_count, sized_scenes};
+use crate::scene::builtin;
+use crate::studies::growth::sized_scenes;
 use crate::studies::peers::{self, PeerComparison, PeerOptions, USUAL_KINDS};
 
 /// The most rays of a mode: each is kept, with the answers of every contender.
@@ -128,8 +129,10 @@ impl Peers {
 
         // 2. The same kind of scene, larger and larger.
         if let Some(largest) = self.growth {
-            with_bar(sized_scene_count(largest), "growth", |progress| {
-                for model in sized_scenes(largest) {
+            let names = sized_scenes(largest);
+            with_bar(names.len() as u64, "growth", |progress| {
+                for name in &names {
+                    let model = builtin::require(name)?;
                     findings.growth.push(peers::run_briefly(&model, &options)?);
                     findings.write(folder)?;
                     progress();

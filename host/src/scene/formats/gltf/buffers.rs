@@ -21,7 +21,7 @@ const BASE_64: GeneralPurpose = GeneralPurpose::new(
 pub(super) struct Buffers<'b>(Vec<Cow<'b, [u8]>>);
 
 /// A place in the file, and the problem there.
-type Complaint = (String, String);
+type BufferProblem = (String, String);
 
 impl<'b> Buffers<'b> {
     /// Loads all buffers. `blob` is the binary part of a `.glb`.
@@ -30,7 +30,7 @@ impl<'b> Buffers<'b> {
         blob: &'b mut Option<Vec<u8>>,
         file: &Path,
         companions: &Companions,
-    ) -> Result<Self, Complaint> {
+    ) -> Result<Self, BufferProblem> {
         let blob = blob.as_deref();
         let load = |buffer: Buffer<'_>| {
             let bytes = match buffer.source() {
