@@ -25,18 +25,18 @@ const ORACLE_RAYS: usize = 4_096;
 /// Figures of one case.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// Which index, built how.
+    /// The index, and how it was built.
     pub case: Case,
-    /// How many triangles the scene has.
+    /// Triangles of the scene.
     pub triangle_count: usize,
-    /// How long the build took.
+    /// Time of the build.
     pub build_seconds: f64,
     /// The whole index.
     pub bytes: usize,
     /// The index without the triangles: what the way of dividing costs. With them where the index keeps them in a form
     /// of its own.
     pub subdivision_bytes: usize,
-    /// How many clusters it found; 1 for a simple index.
+    /// Clusters found; 1 for a simple index.
     pub cluster_count: u32,
     /// The level of the deepest leaf.
     pub deepest_level: u32,
@@ -44,11 +44,11 @@ pub struct Measurement {
     pub photons: u64,
     /// Their rays.
     pub ray_count: usize,
-    /// What answering these rays took.
+    /// Nodes and tests that answering these rays took.
     pub counters: Counters,
-    /// How long answering them took; NaN if that was not measured.
+    /// Time of answering them; NaN if that was not measured.
     pub seconds: Spread,
-    /// How often they were answered against the clock.
+    /// Number of times that they were answered against the clock.
     pub repetitions: usize,
 }
 
@@ -89,7 +89,7 @@ impl Measurement {
 pub struct Measured {
     /// The index.
     pub index: OwnedIndex,
-    /// What it takes.
+    /// Its figures.
     pub figures: Measurement,
 }
 

@@ -5,11 +5,11 @@ use arboleda::{Counters, IndexKind, Level, Options, Resolution};
 /// Index with its options.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Which index.
+    /// The index.
     pub kind: IndexKind,
-    /// How it is built.
+    /// The options of its build.
     pub options: Options,
-    /// What is special about the options, for tables; empty for the defaults.
+    /// Name of what is special about the options, for tables; empty for the defaults.
     pub setting: String,
 }
 
@@ -38,13 +38,13 @@ impl Case {
 pub struct Effort {
     /// Photons to each repetition, where the index is fast enough.
     pub photons: u64,
-    /// How often the rays are replayed.
+    /// Number of times that the rays are replayed.
     pub repetitions: usize,
     /// About how long a repetition may take; slower indices get fewer photons.
     pub seconds: f64,
-    /// Who gets fewer.
+    /// The cases that get fewer photons where one is slow.
     pub share: Share,
-    /// What the photons are drawn with.
+    /// Seed that the photons are drawn with.
     pub seed: u64,
 }
 

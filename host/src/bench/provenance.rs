@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// What a figure depends on beside the program's arguments. No date: the same run gives the same.
+/// Facts that a figure depends on beside the program's arguments. No date: the same run gives the same.
 #[derive(Clone, Debug)]
 pub struct Provenance {
     /// The processor's name, or the architecture where the system does not tell.
@@ -32,14 +32,14 @@ impl Provenance {
         }
     }
 
-    /// All in one line.
+    /// Writes all facts in one line.
     pub fn line(&self) -> String {
         let Self { processor, rustc, target, profile, flags, commit } = self;
         format!("{processor}; {rustc}; {target}, {profile}, flags: {flags}; commit {commit}")
     }
 }
 
-/// The model name as Linux tells it.
+/// Reads the model name as Linux tells it.
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;

@@ -69,7 +69,7 @@ impl Recorder {
         Self { provenance: Provenance::gather(), seed, records: Vec::new() }
     }
 
-    /// The provenance of all records.
+    /// Returns the provenance of all records.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }

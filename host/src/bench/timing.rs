@@ -14,11 +14,11 @@ use crate::contenders::contender::{Answers, Contender, Mode};
 /// Contender, and the rays that it is asked about in one mode.
 #[derive(Clone, Copy)]
 pub struct Turn<'t> {
-    /// Answers.
+    /// Gives the answers.
     pub contender: &'t dyn Contender,
-    /// How it is asked.
+    /// The way in which it is asked.
     pub mode: Mode,
-    /// All of them are answered in each round.
+    /// Rays of a round.
     pub rays: &'t [Ray],
 }
 
@@ -44,7 +44,7 @@ pub fn time(turns: &[Turn<'_>], rounds: usize, progress: Tick<'_>) -> Vec<Vec<f6
     seconds
 }
 
-/// How often everything is built at least and at most, the first time included.
+/// Fewest and most builds of everything, the first time included.
 const BUILDS: [usize; 2] = [3, 30];
 /// More often than at least as long as its builds together take less: short ones are the most disturbed.
 const SECONDS: f64 = 0.5;

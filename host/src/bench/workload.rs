@@ -38,11 +38,11 @@ pub struct Workload {
     rays: Vec<Ray>,
     /// Closest hits; [`Hit::NONE`] where there is none.
     pub hits: Vec<Hit>,
-    /// How many rays the photons up to and with this one have.
+    /// Number of rays of the photons up to and with this one.
     ends: Vec<usize>,
     /// Occlusion rays; none before [`Workload::with_shadow_rays`].
     shadow_rays: Vec<Ray>,
-    /// Whether anything is in their way.
+    /// True where something is in a shadow ray's way.
     pub occluded: Vec<bool>,
 }
 
@@ -117,7 +117,7 @@ impl Workload {
         Self { shadow_rays: rays.clone(), rays, ..Self::default() }
     }
 
-    /// The rays that a mode asks about.
+    /// Returns the rays that a mode asks about.
     pub fn rays(&self, mode: Mode) -> &[Ray] {
         match mode {
             Mode::Single | Mode::Batch => &self.rays,
@@ -130,17 +130,17 @@ impl Workload {
         self.ends.len() as u64
     }
 
-    /// The rays to build and select indices by.
+    /// Returns the rays to build and select indices by.
     pub fn sample(&self) -> &[Ray] {
         self.rays_of_first(SAMPLE_PHOTONS)
     }
 
-    /// The rays of the first photons.
+    /// Returns the rays of the first photons.
     pub fn rays_of_first(&self, photons: u64) -> &[Ray] {
         &self.rays[self.range(photons)]
     }
 
-    /// The closest hits of these rays.
+    /// Returns the closest hits of these rays.
     pub fn hits_of_first(&self, photons: u64) -> &[Hit] {
         &self.hits[self.range(photons)]
     }

@@ -9,7 +9,7 @@ use super::contender::Mode;
 use super::{BuiltPeer, Peer, PeerError, Setting};
 use crate::bench::timing::{Turn, time};
 
-/// How often each setting answers the sample; the fastest time counts.
+/// Number of times that each setting answers the sample; the fastest time counts.
 const PASSES: usize = 4;
 /// A later setting must be faster than this share of the time of the best before: on many processors
 /// some settings are the same, and noise should not choose between them.

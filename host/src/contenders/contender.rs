@@ -11,7 +11,7 @@ use arboleda::{Hit, Ray};
 /// All rays begin at `t_min = 0`: half of the libraries know no other. Slices of results are as long
 /// as the slices of rays.
 pub trait Contender {
-    /// The bytes that it holds while it answers, its copy of the triangles included, where it can
+    /// Returns the bytes that it holds while it answers, its copy of the triangles included, where it can
     /// be found out. The application's mesh is not its own.
     fn bytes(&self) -> Option<usize>;
 
@@ -21,7 +21,7 @@ pub trait Contender {
     /// Tells whether anything is hit up to `t_max`, by the fastest way there is for many rays.
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]);
 
-    /// The way to answer several rays together, if there is one.
+    /// Returns the way to answer several rays together, if there is one.
     fn batch(&self) -> Option<&dyn Batch> {
         None
     }
@@ -41,7 +41,7 @@ pub enum Mode {
     Single,
     /// Closest hits, several rays together.
     Batch,
-    /// Whether anything is hit, by the fastest way.
+    /// Occlusion: whether anything is hit, by the fastest way.
     Occluded,
 }
 

@@ -1,6 +1,6 @@
 //! Why a contender cannot take part.
 
-/// Why a contender cannot take part; the others still can.
+/// Reason why a contender cannot take part; the others still can.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PeerError {
@@ -19,7 +19,7 @@ pub enum PeerError {
          variable EMBREE4_LIBRARY"
     )]
     EmbreeMissing {
-        /// What was tried and what was wrong.
+        /// The files tried, and what was wrong.
         reason: String,
     },
     /// It was compiled without instructions that the library needs.
@@ -27,7 +27,7 @@ pub enum PeerError {
     NeedsInstructions {
         /// Whose index.
         library: &'static str,
-        /// Which instructions.
+        /// The instructions.
         needed: &'static str,
     },
     /// This program was compiled without it.
@@ -35,7 +35,7 @@ pub enum PeerError {
     NotCompiled {
         /// Whose index.
         library: &'static str,
-        /// What brings it in.
+        /// The feature that brings it in.
         feature: &'static str,
         /// Why it is not in the feature `peers`.
         why_apart: &'static str,

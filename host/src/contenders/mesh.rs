@@ -27,7 +27,7 @@ impl WeldedMesh {
         Self { corners, triangles }
     }
 
-    /// For an index of ours beside it.
+    /// Returns it as the mesh that an index of ours lies beside.
     pub fn kept(&self) -> arboleda::Mesh<'_> {
         let vertices = bytemuck::cast_slice(&self.corners);
         arboleda::Mesh::Indexed { vertices, corners: &self.triangles }

@@ -18,9 +18,9 @@ pub enum Mark {
 /// Text of a cell, and how it stands out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cell {
-    /// What it says.
+    /// Its text.
     pub text: String,
-    /// How it stands out.
+    /// The way in which it stands out.
     pub mark: Mark,
 }
 
@@ -51,9 +51,9 @@ impl Cell {
 pub struct Grid {
     /// One for each column.
     pub headings: Vec<String>,
-    /// How many of the columns are text.
+    /// Number of the columns that are text.
     pub text_columns: usize,
-    /// As many cells each as there are columns.
+    /// Rows of as many cells as there are columns.
     pub lines: Vec<Vec<Cell>>,
 }
 

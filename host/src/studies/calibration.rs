@@ -27,7 +27,7 @@ use crate::scene::Model;
 /// Weights of the parts of a query, in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// Which index.
+    /// The index.
     pub kind: IndexKind,
     /// A ray, a node, a test.
     pub nanoseconds: [f64; 3],
@@ -54,7 +54,7 @@ fn cases(kind: IndexKind) -> Vec<Case> {
 const EFFORT: Effort =
     Effort { photons: 2_000, repetitions: 7, seconds: 0.01, share: Share::Own, seed: 0 };
 
-/// Of the first model, also so many triangles alone: on the others, the time of the linear scan says nothing
+/// Numbers of triangles of the first model that are also measured alone: on the others, the time of the linear scan says nothing
 /// about what a ray takes before the first test.
 const FEW: [usize; 3] = [1, 12, 100];
 

@@ -22,9 +22,9 @@ use crate::scene::{paper, shapes};
 
 /// Photons to a scene.
 const PHOTONS: u64 = 1_000;
-/// Of these, as many go through the linear scan.
+/// Photons of these that go through the linear scan.
 const LINEAR_PHOTONS: u64 = 50;
-/// What the photons are drawn with, whatever the command line says.
+/// Seed that the photons are drawn with, whatever the command line says.
 const SEED: u64 = 1;
 
 /// Makes scenes that are built within a fraction of a second by every index.

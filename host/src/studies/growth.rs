@@ -16,9 +16,9 @@ use crate::scene::mixed::{MixedOptions, mixed_sizes};
 /// Kind of scene that comes in several sizes.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneFamily {
-    /// For headings.
+    /// Name for headings.
     pub name: &'static str,
-    /// What grows.
+    /// The part of it that grows.
     pub description: &'static str,
     sizes: &'static [[u32; 2]],
     build: fn([u32; 2]) -> Model,

@@ -13,11 +13,11 @@ use crate::select_index;
 pub struct SceneComparison {
     /// The scene.
     pub scene: String,
-    /// As [`IndexKind::ALL`]: the linear scan first.
+    /// Measurements in the order of [`IndexKind::ALL`]: the linear scan first.
     pub measured: Vec<Measurement>,
-    /// What the automatic selection chooses by the scene's own sample of rays.
+    /// The automatic selection by the scene's own sample of rays.
     pub by_sample: Selection,
-    /// What it chooses by the first of the photons' rays.
+    /// The automatic selection by the first of the photons' rays.
     pub by_rays: Selection,
 }
 

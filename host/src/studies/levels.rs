@@ -37,7 +37,7 @@ pub struct LevelCheck {
     pub scene: String,
     /// The automatic choice.
     pub automatic: Measurement,
-    /// Those near the cheapest, the cheapest by counters first; only the first few were timed.
+    /// Choices near the cheapest, the cheapest by counters first; only the first few were timed.
     pub tried: Vec<Measurement>,
     /// The fastest of those timed that are not the automatic choice itself, and how many times its time the
     /// automatic choice takes: the median over the rounds, each of which times both.
@@ -128,7 +128,7 @@ fn check(model: &Model, choices: Vec<Choice>, fastest: Option<(usize, f64)>) -> 
 /// Level or density that was built and counted.
 struct Choice {
     measured: Measured,
-    /// Whether it is, byte for byte, the automatic choice once more.
+    /// True if it is, byte for byte, the automatic choice once more.
     repeats: bool,
 }
 

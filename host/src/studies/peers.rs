@@ -27,11 +27,11 @@ pub struct PeerOptions<'o> {
     pub rounds: usize,
     /// Rays of the leak test, for a scene that is one closed mesh around its middle; others have none.
     pub leak_ray_count: usize,
-    /// Of the photons.
+    /// Seed of the photons.
     pub seed: u64,
-    /// Which libraries take part.
+    /// Libraries that take part.
     pub peers: &'o [Peer],
-    /// Which of our indices take part.
+    /// Indices of ours that take part.
     pub kinds: &'o [IndexKind],
 }
 
@@ -48,9 +48,13 @@ impl Default for PeerOptions<'_> {
     }
 }
 
-/// Those of ours made for speed, a binary hierarchy as the others have, and the paper's.
-pub const USUAL_KINDS: &[IndexKind] =
-    &[IndexKind::WideBvh, IndexKind::WideBvhHierarchy, IndexKind::Bvh, IndexKind::OctreeHierarchy];
+/// Indices of ours made for speed, a binary hierarchy as the others have, and the paper's.
+pub const USUAL_KINDS: &[IndexKind] = &[
+    IndexKind::WideBvh,
+    IndexKind::WideBvhHierarchy,
+    IndexKind::Bvh,
+    IndexKind::OctreeHierarchy,
+];
 
 /// Figures of one contender in one mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,15 +65,15 @@ pub struct PeerRow {
     pub contender: &'static str,
     /// The setting that was the fastest; "default" for ours.
     pub setting: &'static str,
-    /// Whether it is an index of `arboleda`.
+    /// True for an index of `arboleda`.
     pub is_ours: bool,
-    /// What was asked.
+    /// The question.
     pub mode: Mode,
     /// Triangles of the scene.
     pub triangle_count: usize,
     /// The build, on one thread.
     pub build_seconds: f64,
-    /// What it holds, where that is known.
+    /// Bytes that it holds, where that is known.
     pub bytes: Option<usize>,
     /// Million rays a second.
     pub speed: Spread,
@@ -88,7 +92,7 @@ pub struct PeerComparison {
     pub triangle_count: usize,
     /// Contender by contender, in the order in which they were built.
     pub rows: Vec<PeerRow>,
-    /// Those that could not take part, and why.
+    /// Contenders that could not take part, and why.
     pub absent: Vec<(&'static str, PeerError)>,
 }
 

@@ -23,7 +23,7 @@ use crate::contenders::peer::{BuiltPeer, Peer, Setting, found, refused};
 pub const PEER: Peer =
     Peer { name: "bvh", settings: &[Setting { name: "sah, ordered walk", build: Binary::build }] };
 
-/// What its builder wants to see of a triangle.
+/// Box of a triangle, as its builder wants it.
 struct Shape {
     bounds: Aabb<f32, 3>,
     node: usize,
@@ -141,7 +141,7 @@ impl Binary {
     }
 }
 
-/// The deepest level; the root is level 0.
+/// Finds the deepest level; the root is level 0.
 fn depth(bvh: &Bvh<f32, 3>) -> usize {
     let mut deepest = 0;
     let mut open = vec![(0, 0)];

@@ -5,7 +5,7 @@
 
 use arboleda::{Triangle, Vec3};
 
-/// A corner and the two edges from it.
+/// Corner of a triangle and the two edges from it.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::contenders) struct EdgeTriangle {
     corner: Vec3,
@@ -20,7 +20,7 @@ impl EdgeTriangle {
         Self { corner: a, edge_b: b - a, edge_c: c - a }
     }
 
-    /// The parameter of the hit, if the rounded test sees one from 0 up to `last`.
+    /// Returns the parameter of the hit, if the rounded test sees one from 0 up to `last`.
     #[inline]
     pub(in crate::contenders) fn hit(
         &self,

@@ -42,7 +42,7 @@ pub const PEER: Peer = Peer {
     ],
 };
 
-/// The two hierarchies answer by methods of the same names.
+/// Hierarchy of the crate: both kinds answer by methods of the same names.
 trait Hierarchy {
     fn bytes(&self) -> usize;
     fn ids(&self) -> &[u32];

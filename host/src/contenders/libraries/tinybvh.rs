@@ -22,7 +22,7 @@ pub const PEER: Peer = Peer {
     ],
 };
 
-/// How the hierarchy divides.
+/// Way in which the hierarchy divides.
 #[derive(Clone, Copy)]
 enum Splits {
     /// Triangles may be referred to from both sides.

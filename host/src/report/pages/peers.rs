@@ -10,9 +10,9 @@ use crate::studies::peers::{PeerComparison, PeerRow};
 
 /// All that the page shows.
 pub struct PeersEvidence<'e> {
-    /// How to get the same figures.
+    /// Command that gives the same figures.
     pub command: &'e str,
-    /// On what.
+    /// Machine and build.
     pub provenance: &'e Provenance,
     /// Rays, rounds and seed, in words.
     pub effort: &'e str,

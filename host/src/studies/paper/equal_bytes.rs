@@ -6,7 +6,7 @@ use arboleda::{Block, IndexKind};
 use crate::bench::plan::Case;
 use crate::scene::Model;
 
-/// Within this, two sizes count as equal.
+/// Relative difference within which two sizes count as equal.
 pub const TOLERANCE: f64 = 0.02;
 /// Densities that the core accepts.
 const DENSITIES: (f64, f64) = (1e-4, 1024.0);

@@ -27,7 +27,7 @@ pub const DEEP_GAIN: f64 = 65.0;
 pub struct Published {
     /// The built-in scene.
     pub scene: &'static str,
-    /// As the paper calls it.
+    /// Name in the paper.
     pub label: &'static str,
     /// The best octree hierarchy, in seconds.
     pub octree_seconds: f64,
@@ -36,7 +36,7 @@ pub struct Published {
 }
 
 impl Published {
-    /// The best against the best: the time saved, in percent.
+    /// Compares the best with the best: the time saved, in percent.
     pub fn gain(&self) -> f64 {
         gain_percent(self.octree_seconds, self.grid_seconds)
     }
@@ -83,22 +83,22 @@ pub fn pointer_octree_bytes(parts: &Statistics, cluster_count: u32) -> usize {
 }
 
 impl LevelRow {
-    /// The time that the octrees save, in percent, by the medians.
+    /// Returns the time that the octrees save, in percent, by the medians.
     pub fn gain(&self) -> f64 {
         gain_percent(self.octree.seconds.median, self.grid.seconds.median)
     }
 
-    /// As [`Self::gain`], against the grid as large as an octree with pointers.
+    /// Returns the gain as [`Self::gain`], against the grid as large as an octree with pointers.
     pub fn pointer_gain(&self) -> f64 {
         gain_percent(self.octree.seconds.median, self.pointer_grid.seconds.median)
     }
 
-    /// As [`Self::gain`], by the fastest repetitions.
+    /// Returns the gain as [`Self::gain`], by the fastest repetitions.
     pub fn least_gain(&self) -> f64 {
         gain_percent(self.octree.seconds.min, self.grid.seconds.min)
     }
 
-    /// How much larger the grids are than wanted, in percent, triangles not counted: as our octrees, and as
+    /// Returns how much larger the grids are than wanted, in percent, triangles not counted: as our octrees, and as
     /// octrees with pointers.
     pub fn excess_bytes_percent(&self) -> [f64; 2] {
         let excess = |grid: &Measurement, wanted: usize| {
@@ -113,31 +113,31 @@ impl LevelRow {
 
 /// Table of one scene.
 pub struct SceneTable {
-    /// What the paper has.
+    /// Figures of the paper.
     pub published: Published,
-    /// How many clusters the scene has.
+    /// Clusters of the scene.
     pub cluster_count: u32,
     /// Each level, from the lowest, until the tree stops changing.
     pub rows: Vec<LevelRow>,
 }
 
 impl SceneTable {
-    /// The row with the fastest octrees.
+    /// Finds the row with the fastest octrees.
     pub fn best_octree(&self) -> Option<&LevelRow> {
         self.rows.iter().min_by(|a, b| time(&a.octree).total_cmp(&time(&b.octree)))
     }
 
-    /// The row with the fastest grids.
+    /// Finds the row with the fastest grids.
     pub fn best_grid(&self) -> Option<&LevelRow> {
         self.rows.iter().min_by(|a, b| time(&a.grid).total_cmp(&time(&b.grid)))
     }
 
-    /// The row with the fastest grids as large as octrees with pointers.
+    /// Finds the row with the fastest grids as large as octrees with pointers.
     pub fn best_pointer_grid(&self) -> Option<&LevelRow> {
         self.rows.iter().min_by(|a, b| time(&a.pointer_grid).total_cmp(&time(&b.pointer_grid)))
     }
 
-    /// The best octrees against the best grids, whatever their levels: the time saved, in percent.
+    /// Compares the best octrees with the best grids, whatever their levels: the time saved, in percent.
     pub fn best_gain(&self) -> f64 {
         match (self.best_octree(), self.best_grid()) {
             (Some(octree), Some(grid)) => gain_percent(time(&octree.octree), time(&grid.grid)),
@@ -145,7 +145,7 @@ impl SceneTable {
         }
     }
 
-    /// As [`Self::best_gain`], against the best grids as large as octrees with pointers.
+    /// Returns the gain as [`Self::best_gain`], against the best grids as large as octrees with pointers.
     pub fn best_pointer_gain(&self) -> f64 {
         match (self.best_octree(), self.best_pointer_grid()) {
             (Some(octree), Some(grid)) => {
@@ -155,7 +155,7 @@ impl SceneTable {
         }
     }
 
-    /// The lowest level from which on a gain is always above 0.
+    /// Finds the lowest level from which on a gain is always above 0.
     pub fn crossover(&self, gain: fn(&LevelRow) -> f64) -> Option<u32> {
         let ahead = self.rows.iter().rev().take_while(|row| gain(row) > 0.0);
         ahead.last().map(|row| row.level)

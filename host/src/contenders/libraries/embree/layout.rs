@@ -40,7 +40,7 @@ impl SingleRay {
         }
     }
 
-    /// What an occlusion query says by the end of the ray.
+    /// Reads what an occlusion query says by the end of the ray.
     #[inline]
     pub(super) fn is_occluded(&self) -> bool {
         self.t_far < 0.0
@@ -203,7 +203,7 @@ impl Lanes {
         Self(std::array::from_fn(|lane| -i32::from(lane < count)))
     }
 
-    /// For the C interface.
+    /// Points to the lanes, for the C interface.
     #[inline]
     pub(super) fn as_ptr(&self) -> *const i32 {
         self.0.as_ptr()

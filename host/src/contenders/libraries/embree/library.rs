@@ -16,11 +16,11 @@ use crate::contenders::PeerError;
 use crate::contenders::mesh::WeldedMesh;
 use crate::contenders::peer::refused;
 
-/// Where to look if `EMBREE4_LIBRARY` does not say.
+/// Names of the file to look for if `EMBREE4_LIBRARY` does not say.
 const USUAL_NAMES: [&str; 4] =
     ["libembree4.so.4", "libembree4.so", "libembree4.4.dylib", "embree4.dll"];
 
-/// What [`EmbreeScene::build`] hands to `rtcNewDevice`.
+/// Configuration that [`EmbreeScene::build`] hands to `rtcNewDevice`.
 #[derive(Clone, Copy)]
 pub(super) struct Config(pub(super) &'static CStr);
 
@@ -92,7 +92,7 @@ functions! {
     occluded1: b"rtcOccluded1\0" (Handle, *mut SingleRay, *mut c_void);
 }
 
-/// The library, opened when first asked for.
+/// Opens the library when first asked for it.
 fn functions() -> Result<&'static Functions, PeerError> {
     static FUNCTIONS: OnceLock<Result<Functions, String>> = OnceLock::new();
     let opened = FUNCTIONS.get_or_init(|| {
@@ -122,12 +122,12 @@ fn functions() -> Result<&'static Functions, PeerError> {
     opened.as_ref().map_err(|reason| PeerError::EmbreeMissing { reason: reason.clone() })
 }
 
-/// A device with one scene of one mesh.
+/// Device with one scene of one mesh.
 pub(super) struct EmbreeScene {
     functions: &'static Functions,
     device: Handle,
     handle: Handle,
-    /// What the device holds by its own count.
+    /// Bytes that the device holds, by its own count.
     held_bytes: Box<AtomicIsize>,
 }
 
@@ -219,12 +219,12 @@ impl EmbreeScene {
         Err(refused("Embree", format_args!("error {error} of its enumeration RTCError")))
     }
 
-    /// What the device holds: the hierarchy and its copy of the mesh.
+    /// Returns the bytes that the device holds: the hierarchy and its copy of the mesh.
     pub(super) fn bytes(&self) -> usize {
         self.held_bytes.load(Ordering::Relaxed).max(0) as usize
     }
 
-    /// The closest hit of one ray.
+    /// Finds the closest hit of one ray.
     #[inline]
     pub(super) fn intersect(&self, query: &mut RayHit) {
         // SAFETY: the scene is committed; `RayHit` has the layout and the alignment of `RTCRayHit`;
@@ -232,7 +232,7 @@ impl EmbreeScene {
         unsafe { (self.functions.intersect1)(self.handle, query, ptr::null_mut()) }
     }
 
-    /// The closest hits of eight rays.
+    /// Finds the closest hits of eight rays.
     #[inline]
     pub(super) fn intersect_packet(&self, query: &mut Packet) {
         let Packet { lanes, query } = query;
@@ -242,7 +242,7 @@ impl EmbreeScene {
         }
     }
 
-    /// Whether anything is hit; see [`SingleRay::is_occluded`].
+    /// Asks whether anything is hit; see [`SingleRay::is_occluded`].
     #[inline]
     pub(super) fn occluded(&self, query: &mut SingleRay) {
         // SAFETY: as for `intersect`, with the layout of `RTCRay`.
