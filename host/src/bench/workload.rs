@@ -47,7 +47,7 @@ pub struct Workload {
 }
 
 impl Workload {
-    /// Follows photons with the help of a [`GUIDE`].
+    /// Follows photons with the help of a fast index.
     ///
     /// # Errors
     /// If the model cannot be indexed, or nothing in it emits.

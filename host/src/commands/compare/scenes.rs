@@ -31,7 +31,7 @@ impl SceneChoice {
         &self,
         usual: impl IntoIterator<Item = &'static str>,
     ) -> anyhow::Result<Vec<Model>> {
-        ensure!(!self.is_none(), "no scene is named");
+        ensure!(!self.is_none(), "`--scenes none` leaves no scene: name a file");
         let names: Vec<&str> = match self.scenes.as_slice() {
             [] => usual.into_iter().collect(),
             [only] if only == "none" => Vec::new(),
