@@ -49,12 +49,8 @@ impl Default for PeerOptions<'_> {
 }
 
 /// Indices of ours made for speed, a binary hierarchy as the others have, and the paper's.
-pub const USUAL_KINDS: &[IndexKind] = &[
-    IndexKind::WideBvh,
-    IndexKind::WideBvhHierarchy,
-    IndexKind::Bvh,
-    IndexKind::OctreeHierarchy,
-];
+pub const USUAL_KINDS: &[IndexKind] =
+    &[IndexKind::WideBvh, IndexKind::WideBvhHierarchy, IndexKind::Bvh, IndexKind::OctreeHierarchy];
 
 /// Figures of one contender in one mode.
 #[derive(Clone, Debug, PartialEq)]
