@@ -5,7 +5,7 @@
 //! ```
 
 use anyhow::{Context, ensure};
-use arboleda::{AnyIndex, Counters, Hit, IndexKind, Ray, RayIndex};
+use arboleda::{AnyIndex, Counters, Hit, IndexKind, Ray};
 
 use super::plan::{Case, Effort, PROBE_PHOTONS, Share, photons_within};
 use super::progress::Tick;

@@ -6,7 +6,7 @@
 //! Solved by least squares of the relative errors, with no weight below 0, for a simple index and its hierarchy
 //! together: they share the local index, and where they are close, what tells them apart is their counters and
 //! not the errors of two fits. The table in the core,
-//! `core/src/index/select/weights.rs`, is renewed with what this prints:
+//! `core/src/cost/weights.rs`, is renewed with what this prints:
 //!
 //! ```text
 //! cargo run --release -p arboleda-host -- compare calibrate

@@ -9,7 +9,7 @@
 
 use std::fmt::Write;
 
-use arboleda::{Counters, Hit, IndexKind, RayIndex};
+use arboleda::{Counters, Hit, IndexKind};
 
 use super::separation::clusters_apart;
 use crate::bench::measurement::{build, checked};
