@@ -13,7 +13,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::sample;
 use crate::Vec3;
-use crate::geometry::kernel::Verdict;
+use crate::geometry::kernel::{Intersection, Verdict};
 use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
 use crate::input::CostModel;
 use crate::query::{Closest, Counters, Query, TriangleId};
@@ -153,6 +153,10 @@ impl Query for Ended<'_> {
 
     fn count_tests(&mut self, count: u32) {
         self.tests += u64::from(count);
+    }
+
+    fn accept(&mut self, _: TriangleId, _: Intersection) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
 
     fn judge(&mut self, _: TriangleId, _: &Triangle, _: Verdict) -> ControlFlow<()> {

@@ -15,6 +15,8 @@
 //!    multiplied out, a product that has the origin twice is 0, and triple products of `f32` as they were given are
 //!    left.
 
+use glam::Vec3;
+
 use super::lattice::Lattice;
 use super::long_sum::{Factor, LongSum};
 use super::planar::Planar;
@@ -58,6 +60,28 @@ impl Pair<'_> {
     pub fn has_equal_corners(&self) -> bool {
         let Triangle { a, b, c } = self.triangle;
         a == b || b == c || c == a
+    }
+
+    /// The weight of a corner that lies on the line of a ray along an axis: it differs from the origin on that axis
+    /// only, which is seen by comparing. The other weights are 0. If two corners are there, `det` is 0 too.
+    #[inline]
+    pub fn corner_on_line(&self) -> Option<Weight> {
+        let (o, Triangle { a, b, c }) = (self.ray.origin(), *self.triangle);
+        let first = |is_on: fn(Vec3, Vec3) -> bool| {
+            if is_on(a, o) {
+                Some(Weight::W)
+            } else if is_on(b, o) {
+                Some(Weight::U)
+            } else {
+                is_on(c, o).then_some(Weight::V)
+            }
+        };
+        match self.ray.direction().cmpne(Vec3::ZERO).bitmask() {
+            0b001 => first(|p, o| p.y == o.y && p.z == o.z),
+            0b010 => first(|p, o| p.z == o.z && p.x == o.x),
+            0b100 => first(|p, o| p.x == o.x && p.y == o.y),
+            _ => None,
+        }
     }
 
     /// Tells whether the origin has a coordinate that all corners have, so that it lies in their plane: `t` is 0.

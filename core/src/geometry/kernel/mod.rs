@@ -57,8 +57,8 @@ use glam::Vec3;
 
 use super::{Ray, Triangle};
 use exact::{Pair, Volume, Weight};
-use volumes::Divisor;
 pub use volumes::{Approximate, Volumes};
+use volumes::{Bracket, Divisor};
 
 /// Where a ray meets a triangle: the point `origin + t * direction` is `A + u (B - A) + v (C - A)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,11 +106,18 @@ pub enum Verdict {
 
 /// A ray that hits a triangle; where in the triangle is found out when asked.
 pub struct Meeting<'p> {
+    weights: Weights<'p>,
+    t: f32,
+}
+
+/// The weights of a hit, not divided yet.
+struct Weights<'p> {
     pair: Pair<'p>,
     u: Approximate,
     v: Approximate,
     det: Divisor,
-    t: f32,
+    /// The sign of the exact `det`.
+    det_sign: i32,
 }
 
 /// The hit with `t_min <= t <= t_max`, if there is one; without the `f32` filter.
@@ -133,8 +140,7 @@ pub fn meet<'p>(
 }
 
 /// Decides as [`meet`] where a weight may be 0; tests that need no exact arithmetic come first.
-#[cold]
-#[inline(never)]
+#[inline(always)]
 pub fn meet_exactly<'p>(
     ray: &'p Ray,
     triangle: &'p Triangle,
@@ -143,20 +149,42 @@ pub fn meet_exactly<'p>(
     t_max: f32,
 ) -> Option<Meeting<'p>> {
     let pair = Pair { ray, triangle };
-    // 1. Opposite signs that are certain, or no area.
-    let [u, v, w] = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);
-    let mixed = (u > 0 || v > 0 || w > 0) && (u < 0 || v < 0 || w < 0);
-    if mixed || pair.is_along_flat() || pair.has_equal_corners() {
+    // 1. A plane that is surely crossed outside the interval.
+    let det = Divisor::new(volumes.det);
+    let t = det.quotient(volumes.t);
+    if t.is_outside(t_min, t_max) {
         return None;
     }
-    // 2. A plane that is crossed outside the interval.
+    // 2. Opposite signs that are certain, or no area; from a far origin, as seen from closer by.
+    let nearer = if volumes.are_from_far() { volumes.from_nearer(&pair) } else { None };
+    let volumes = nearer.as_ref().unwrap_or(volumes);
+    let [u, v, w] = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);
+    if (u > 0 || v > 0 || w > 0) && (u < 0 || v < 0 || w < 0) {
+        return None;
+    }
     let det_sign = volumes.det.certain_sign();
-    if det_sign != 0
-        && Divisor::new(volumes.det, det_sign).quotient(volumes.t).is_outside(t_min, t_max)
-    {
+    if det_sign == 0 && (pair.is_along_flat() || pair.has_equal_corners()) {
         return None;
     }
     // 3. The signs that are left.
+    let corner = if det_sign == 0 { None } else { pair.corner_on_line() };
+    let (u, v, det_sign) = match corner {
+        _ if u != 0 && v != 0 && w != 0 => (u, v, u),
+        Some(Weight::U) => (det_sign, 0, det_sign),
+        Some(Weight::V) => (0, det_sign, det_sign),
+        Some(Weight::W) => (0, 0, det_sign),
+        None => exact_signs(&pair, u, v, w)?,
+    };
+    let known = |sign: i32, volume| if sign == 0 { Approximate::ZERO } else { volume };
+    let (u, v) = (known(u, volumes.u), known(v, volumes.v));
+    Meeting::at(t, Weights { pair, u, v, det, det_sign }, t_min, t_max)
+}
+
+/// The signs of `det u`, `det v` and `det`, if the line meets the triangle. Where a weight's sign is given as 0, exact
+/// arithmetic finds it.
+#[cold]
+#[inline(never)]
+fn exact_signs(pair: &Pair<'_>, u: i32, v: i32, w: i32) -> Option<(i32, i32, i32)> {
     let signs = pair.signs();
     let of = |certain: i32, weight| if certain != 0 { certain } else { signs.of(weight) };
     let (u, v) = (of(u, Weight::U), of(v, Weight::V));
@@ -168,10 +196,8 @@ pub fn meet_exactly<'p>(
         return None;
     }
     // No two are opposite, so any that is not zero has the sign of their sum, det.
-    let of_hit = [u, v, w].into_iter().find(|&sign| sign != 0)?;
-    let known = |sign: i32, volume| if sign == 0 { Approximate::ZERO } else { volume };
-    let volumes = Volumes { u: known(u, volumes.u), v: known(v, volumes.v), ..*volumes };
-    Meeting::new(pair, &volumes, of_hit, t_min, t_max)
+    let det = [u, v, w].into_iter().find(|&sign| sign != 0)?;
+    Some((u, v, det))
 }
 
 impl<'p> Meeting<'p> {
@@ -184,14 +210,21 @@ impl<'p> Meeting<'p> {
         t_min: f32,
         t_max: f32,
     ) -> Option<Self> {
-        let det = Divisor::new(volumes.det, det_sign);
+        let det = Divisor::new(volumes.det);
         let t = det.quotient(volumes.t);
         if t.is_outside(t_min, t_max) {
             return None;
         }
-        let t = t.round(&pair, Volume::T);
+        let weights = Weights { pair, u: volumes.u, v: volumes.v, det, det_sign };
+        Self::at(t, weights, t_min, t_max)
+    }
+
+    /// As `new`, with bounds on `t` that are not outside the interval.
+    #[inline]
+    fn at(t: Bracket, weights: Weights<'p>, t_min: f32, t_max: f32) -> Option<Self> {
+        let t = t.round(&weights.pair, Volume::T, weights.det_sign);
         let inside = t_min <= t && t <= t_max && t.is_finite();
-        inside.then_some(Self { pair, u: volumes.u, v: volumes.v, det, t })
+        inside.then_some(Self { weights, t })
     }
 
     /// See [`Intersection::t`].
@@ -203,9 +236,9 @@ impl<'p> Meeting<'p> {
     /// All of it.
     #[inline]
     pub fn intersection(&self) -> Intersection {
-        let (pair, det) = (&self.pair, &self.det);
-        let u = det.quotient(self.u).round(pair, Volume::Of(Weight::U));
-        let v = det.quotient(self.v).round(pair, Volume::Of(Weight::V));
+        let Weights { pair, u, v, det, det_sign } = &self.weights;
+        let u = det.quotient(*u).round(pair, Volume::Of(Weight::U), *det_sign);
+        let v = det.quotient(*v).round(pair, Volume::Of(Weight::V), *det_sign);
         Intersection { t: self.t, u, v: clamped(u, v) }
     }
 }

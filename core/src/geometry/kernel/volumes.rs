@@ -8,6 +8,10 @@ use super::exact::{Pair, Volume};
 
 type V3 = [f64; 3];
 
+fn wide(v: Vec3) -> V3 {
+    [f64::from(v.x), f64::from(v.y), f64::from(v.z)]
+}
+
 fn cross(a: V3, b: V3) -> V3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -64,14 +68,19 @@ pub struct Volumes {
 
 impl Volumes {
     #[inline]
-    pub(super) fn new(&Pair { ray, triangle }: &Pair<'_>) -> Self {
+    pub(super) fn new(pair: &Pair<'_>) -> Self {
+        Self::seen(pair, wide(pair.ray.origin()))
+    }
+
+    /// As [`Volumes::new`], for a ray that begins at another point.
+    #[inline]
+    fn seen(&Pair { ray, triangle }: &Pair<'_>, origin: V3) -> Self {
         const R: f64 = f64::EPSILON / 2.0;
-        let wide = |v: Vec3| [f64::from(v.x), f64::from(v.y), f64::from(v.z)];
         let minus = |p: V3, q: V3| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
 
         let corner = wide(triangle.a);
         let d = wide(ray.direction());
-        let a = minus(corner, wide(ray.origin()));
+        let a = minus(corner, origin);
         let e1 = minus(wide(triangle.b), corner);
         let e2 = minus(wide(triangle.c), corner);
         let normal = cross(e1, e2);
@@ -97,11 +106,49 @@ impl Volumes {
         }
     }
 
+    /// The same with weights as seen from a point of the line close to the triangle, if the origin is far away and `f64`
+    /// holds such a point exactly.
+    ///
+    /// The volumes of the weights do not depend on where on its line a ray begins, but their bounds grow with the
+    /// distance. The product of two `f32` is exact, and so is a sum that gives back both of its parts. `t` stays that
+    /// of the origin.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn from_nearer(&self, pair: &Pair<'_>) -> Option<Self> {
+        let t = f64::from((self.t.value / self.det.value) as f32);
+        let (o, d) = (wide(pair.ray.origin()), wide(pair.ray.direction()));
+        let mut point = [0.0; 3];
+        for (axis, at) in point.iter_mut().enumerate() {
+            let (o, step) = (o[axis % 3], t * d[axis % 3]);
+            *at = o + step;
+            if *at - o != step || *at - step != o {
+                return None;
+            }
+        }
+        let Self { u, v, w, .. } = Self::seen(pair, point);
+        Some(Self { u, v, w, ..*self })
+    }
+
+    /// Tells whether the origin is so far away, measured in edges of the triangle, that [`Volumes::from_nearer`] is
+    /// worth it.
+    #[inline]
+    pub(super) fn are_from_far(&self) -> bool {
+        const EDGES: f64 = 65_536.0; // 2^16
+        // Both errors are the same multiple, the one of the largest distance, the other of the longest edge.
+        self.u.error > EDGES * self.det.error
+    }
+
     /// Tells whether the signs of the three weights are certain, and none is 0.
     #[inline]
     pub(super) fn are_certain(&self) -> bool {
         let Self { u, v, w, .. } = self;
         u.is_certain() && v.is_certain() && w.is_certain()
+    }
+
+    /// A lower bound on `t`, rounded to the nearest `f32`; NaN where none is known.
+    #[inline]
+    pub(crate) fn earliest_t(&self) -> f32 {
+        Divisor::new(self.det).quotient(self.t).low
     }
 
     /// The sign of `det` if the line meets the closed triangle, where the weights are certain.
@@ -121,15 +168,14 @@ pub(super) struct Divisor {
     /// NaN where the error of `det` is too large a part of it; then no comparison with a quotient holds, and exact
     /// arithmetic decides.
     inverse: f64,
-    sign: i32,
 }
 
 impl Divisor {
     #[inline]
-    pub fn new(det: Approximate, sign: i32) -> Self {
+    pub fn new(det: Approximate) -> Self {
         let certain = det.error < det.value.abs() * 1e-4;
         let inverse = if certain { 1.0 / det.value } else { f64::NAN };
-        Self { error: det.error, inverse, sign }
+        Self { error: det.error, inverse }
     }
 
     /// The `f32` values between which the quotient, rounded to `f32`, must lie.
@@ -143,7 +189,7 @@ impl Divisor {
         let q = numerator.value * self.inverse;
         let error = (numerator.error + q.abs() * self.error) * self.inverse.abs() * 1.001
             + q.abs() * 4.0 * f64::EPSILON;
-        Bracket { low: (q - error) as f32, high: (q + error) as f32, det_sign: self.sign }
+        Bracket { low: (q - error) as f32, high: (q + error) as f32 }
     }
 }
 
@@ -151,7 +197,6 @@ impl Divisor {
 pub(super) struct Bracket {
     low: f32,
     high: f32,
-    det_sign: i32,
 }
 
 impl Bracket {
@@ -161,10 +206,10 @@ impl Bracket {
         self.high < t_min || self.low > t_max
     }
 
-    /// The nearest `f32`, ties to even; never -0.0.
+    /// The nearest `f32`, ties to even; never -0.0. The sign is that of the exact `det`.
     #[inline]
-    pub fn round(&self, pair: &Pair<'_>, volume: Volume) -> f32 {
-        let Self { low, high, det_sign } = *self;
+    pub fn round(&self, pair: &Pair<'_>, volume: Volume, det_sign: i32) -> f32 {
+        let Self { low, high } = *self;
         if low == high { low + 0.0 } else { pair.round(volume, det_sign, low, high) }
     }
 }

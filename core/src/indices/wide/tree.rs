@@ -7,6 +7,7 @@ use core::ops::ControlFlow;
 
 use super::rows::{EMPTY, LANES};
 use super::simd::{LaneRay, Lanes};
+use crate::geometry::kernel::Verdict;
 use crate::geometry::{Aabb, Triangle};
 use crate::query::{Query, TriangleId};
 
@@ -84,9 +85,13 @@ pub(crate) fn decide_each<L: Lanes, Q: Query>(
     while candidates != 0 {
         let lane = candidates.trailing_zeros() as usize % LANES;
         candidates &= candidates - 1;
-        let (id, triangle) = triangle(lane);
-        let verdict = L::judge(&triangle, ray, query.last_t());
-        query.judge(id, &triangle, verdict)?;
+        let (id, corners) = triangle(lane);
+        match L::judge(&corners, ray, query.last_t()) {
+            Verdict::Missed => {}
+            Verdict::Hit(hit) => query.accept(id, hit)?,
+            // Read once more: kept until here, the corners of every triangle would be written to the stack.
+            doubt => query.judge(id, &triangle(lane).1, doubt)?,
+        }
     }
     ControlFlow::Continue(())
 }

@@ -4,12 +4,16 @@
 //! it exactly and says how far along the ray anything still matters. Which triangles are shown, and
 //! in which order, cannot change the answer: ties go to the lowest id.
 
+mod counters;
+
 use core::ops::ControlFlow;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::geometry::kernel::{Intersection, Meeting, Verdict, meet, meet_exactly};
-use crate::geometry::{Ray, Triangle, kernel, last_parameter};
+pub use counters::{Count, Counters};
+
+use crate::geometry::kernel::{self, Intersection, Meeting, Verdict, Volumes, meet, meet_exactly};
+use crate::geometry::{Ray, Triangle, last_parameter};
 
 /// The place of a triangle in the scene it was built from.
 ///
@@ -54,51 +58,6 @@ pub struct AllHits<'h> {
     pub truncated: bool,
 }
 
-/// What answering took. The same for a given index on every machine.
-///
-/// Layout: 16 bytes, in the order of the fields.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(C)]
-pub struct Counters {
-    /// Nodes whose box the ray entered, of the cluster tree and of the local indices.
-    pub nodes_visited: u64,
-    /// Exact tests between the ray and a triangle.
-    pub triangle_tests: u64,
-}
-
-impl core::ops::AddAssign for Counters {
-    fn add_assign(&mut self, other: Self) {
-        self.nodes_visited += other.nodes_visited;
-        self.triangle_tests += other.triangle_tests;
-    }
-}
-
-/// Counts, or does not: `()` compiles to nothing.
-pub trait Count {
-    /// A node was entered.
-    fn node(&mut self);
-    /// So many triangles were tested.
-    fn tests(&mut self, count: u32);
-}
-
-impl Count for () {
-    #[inline]
-    fn node(&mut self) {}
-    #[inline]
-    fn tests(&mut self, _: u32) {}
-}
-
-impl Count for &mut Counters {
-    #[inline]
-    fn node(&mut self) {
-        self.nodes_visited += 1;
-    }
-    #[inline]
-    fn tests(&mut self, count: u32) {
-        self.triangle_tests += u64::from(count);
-    }
-}
-
 /// What an index asks while it walks.
 pub trait Query: sealed::Sealed {
     /// Whether any hit is enough: then it is told of one that is sure.
@@ -123,11 +82,13 @@ pub trait Query: sealed::Sealed {
     fn surely_hit(&mut self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
-    /// Decides exactly whether a triangle is hit, where that is still in doubt; `Break` once the answer is
-    /// known. Asking about one twice does no harm.
+    /// Takes the hit of a triangle; `Break` once the answer is known. Taking one twice does no harm.
+    fn accept(&mut self, id: TriangleId, hit: Intersection) -> ControlFlow<()>;
+
+    /// Decides exactly whether a triangle is hit, where a filter cannot tell; `Break` once the answer is known.
     fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()>;
 
-    /// As [`Query::judge`], where nobody knows anything yet.
+    /// As [`Query::judge`], without a filter.
     #[inline]
     fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         self.judge(id, triangle, Verdict::InDoubt)
@@ -180,6 +141,38 @@ impl<'r, C: Count> Closest<'r, C> {
     pub fn finish(&self) -> Option<Hit> {
         (!self.hit.is_none()).then_some(self.hit)
     }
+
+    /// The last `t` at which a hit of a triangle is wanted. One of a higher id must be hit before the hit that there
+    /// is.
+    #[inline]
+    fn last_t_of(&self, id: TriangleId) -> f32 {
+        if id < self.hit.triangle { self.hit.t } else { self.hit.t.next_down() }
+    }
+
+    // Functions of their own, as the next: a walk that asks them rarely does not share its registers with them.
+    #[cold]
+    #[inline(never)]
+    fn decide_apart(&mut self, id: TriangleId, triangle: &Triangle) {
+        let (ControlFlow::Continue(()) | ControlFlow::Break(())) = self.decide(id, triangle);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn decide_exactly(&mut self, id: TriangleId, triangle: &Triangle, volumes: &Volumes) {
+        // Around a corner most triangles are hit at the last `t`; half of them and more have a higher id.
+        let (t, last) = (volumes.earliest_t(), self.hit.t);
+        if t > last || t == last && id > self.hit.triangle {
+            return;
+        }
+        let (ray, t_max) = (self.ray, self.last_t_of(id));
+        if let Some(meeting) = meet_exactly(ray, triangle, volumes, ray.t_min(), t_max) {
+            self.hit = hit_of(id, meeting.intersection());
+        }
+    }
+}
+
+fn hit_of(triangle: TriangleId, Intersection { t, u, v }: Intersection) -> Hit {
+    Hit { triangle, t, u, v }
 }
 
 impl<C> sealed::Sealed for Closest<'_, C> {}
@@ -206,22 +199,30 @@ impl<C: Count> Query for Closest<'_, C> {
     }
 
     #[inline]
+    fn accept(&mut self, id: TriangleId, hit: Intersection) -> ControlFlow<()> {
+        if hit.t < self.hit.t || id < self.hit.triangle {
+            self.hit = hit_of(id, hit);
+        }
+        ControlFlow::Continue(())
+    }
+
+    #[inline]
     fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()> {
-        let Hit { triangle: best, t: last, .. } = self.hit;
-        let Intersection { t, u, v } = match verdict {
-            Verdict::Hit(found) if found.t < last || id < best => found,
-            Verdict::InDoubt | Verdict::Doubtful(_) => {
-                // A triangle of a higher id must be hit before `last`: around a corner, most triangles are hit at
-                // `last` itself, and are rejected without exact arithmetic.
-                let t_max = if id < best { last } else { last.next_down() };
-                match decided(self.ray, triangle, &verdict, t_max) {
-                    Some(meeting) => meeting.intersection(),
-                    None => return ControlFlow::Continue(()),
-                }
-            }
-            _ => return ControlFlow::Continue(()),
-        };
-        self.hit = Hit { triangle: id, t, u, v };
+        match verdict {
+            Verdict::Missed => {}
+            Verdict::Hit(hit) => return self.accept(id, hit),
+            Verdict::InDoubt => self.decide_apart(id, triangle),
+            Verdict::Doubtful(volumes) => self.decide_exactly(id, triangle, &volumes),
+        }
+        ControlFlow::Continue(())
+    }
+
+    #[inline]
+    fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
+        let (ray, t_max) = (self.ray, self.last_t_of(id));
+        if let Some(meeting) = meet(ray, triangle, ray.t_min(), t_max) {
+            self.hit = hit_of(id, meeting.intersection());
+        }
         ControlFlow::Continue(())
     }
 }
@@ -267,6 +268,12 @@ impl<C: Count> Query for Occluded<'_, C> {
 
     #[inline]
     fn surely_hit(&mut self) -> ControlFlow<()> {
+        self.found = true;
+        ControlFlow::Break(())
+    }
+
+    #[inline]
+    fn accept(&mut self, _: TriangleId, _: Intersection) -> ControlFlow<()> {
         self.found = true;
         ControlFlow::Break(())
     }
@@ -349,19 +356,22 @@ impl<C: Count> Query for All<'_, '_, C> {
     }
 
     #[inline]
-    fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()> {
-        let found = match verdict {
-            Verdict::Missed => None,
-            Verdict::Hit(found) => Some(found),
-            _ => decided(self.ray, triangle, &verdict, self.t_max)
-                .map(|meeting| meeting.intersection()),
-        };
-        if let Some(Intersection { t, u, v }) = found {
-            self.insert(Hit { triangle: id, t, u, v });
-        }
+    fn accept(&mut self, id: TriangleId, hit: Intersection) -> ControlFlow<()> {
+        self.insert(hit_of(id, hit));
         if self.truncated && self.buffer.is_empty() {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
+    }
+
+    #[inline]
+    fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()> {
+        let hit = match verdict {
+            Verdict::Missed => None,
+            Verdict::Hit(hit) => Some(hit),
+            _ => decided(self.ray, triangle, &verdict, self.t_max)
+                .map(|meeting| meeting.intersection()),
+        };
+        hit.map_or(ControlFlow::Continue(()), |hit| self.accept(id, hit))
     }
 }
