@@ -20,10 +20,10 @@ use arrayvec::ArrayVec;
 
 use super::reader::Packed;
 use super::views::Unpack;
-use super::{CompactBvh, Form, LEAF, NODE_WORDS, QuantisedNode};
+use super::{CompactBvh, EMPTY, Form, LEAF, NODE_WORDS, QuantisedNode};
 use crate::Vec3;
 use crate::cost::Weights;
-use crate::geometry::Triangle;
+use crate::geometry::{Aabb, Triangle};
 use crate::indices::wide::rows::LANES;
 use crate::indices::wide::simd::LaneRay;
 use crate::indices::wide::tree::{decide_each, last_t};
@@ -127,6 +127,11 @@ impl Form for Chunks {
 
     fn node_at(words: &[u32], link: u32) -> Option<(QuantisedNode, usize)> {
         Some((*node_at(words, link)?, NODE_WORDS))
+    }
+
+    fn box_at(words: &[u32], link: u32, lane: usize) -> Option<Aabb> {
+        let node = node_at(words, link)?;
+        (node.links[lane % LANES] != EMPTY).then(|| node.bounds(lane))
     }
 
     #[inline(always)]

@@ -17,10 +17,13 @@
 
 use core::ops::ControlFlow;
 
+use super::node::plane;
 use super::reader::Packed;
 use super::views::{FewBoxes, Known, Unpack};
 use super::{Form, LEAF, LeanBvh, QuantisedNode};
+use crate::Vec3;
 use crate::cost::Weights;
+use crate::geometry::Aabb;
 use crate::indices::wide::rows::{LANES, Row};
 use crate::indices::wide::simd::LaneRay;
 use crate::indices::wide::tree::decide_each;
@@ -115,6 +118,18 @@ impl Form for Ids {
             node.links[lane % LANES] = Self::child(words, link, lane)?;
         }
         Some((node, Self::node_words(last_lane + 1)))
+    }
+
+    fn box_at(words: &[u32], link: u32, lane: usize) -> Option<Aabb> {
+        let FewBoxes { anchor, step, sides, last_lane } = boxes_at(words, link)?;
+        let side = |side: usize| {
+            let along = |axis: usize| {
+                let quantum = (sides[axis % 3][lane % LANES] >> (16 * side)) as u16;
+                plane(quantum, anchor[axis % 3], step[axis % 3])
+            };
+            Vec3::new(along(0), along(1), along(2))
+        };
+        (lane <= last_lane).then(|| Aabb::new(side(0), side(1)))
     }
 
     #[inline(always)]

@@ -43,6 +43,7 @@ use super::dispatch::{traverse, traverse_each};
 use super::rows::LANES;
 use super::simd::LaneRay;
 use crate::error::BuildError;
+use crate::geometry::Aabb;
 use crate::indices::depth_first::{self, check_depth_first};
 use crate::input::{Executor, Mesh, Options, SimdLevel};
 use crate::memory::Words;
@@ -82,6 +83,9 @@ trait Form: Copy + 'static {
 
     /// The whole of a node, and its words.
     fn node_at(words: &[u32], link: u32) -> Option<(QuantisedNode, usize)>;
+
+    /// The box in one lane of a node; `None` for an unused lane.
+    fn box_at(words: &[u32], link: u32, lane: usize) -> Option<Aabb>;
 
     /// As [`InLanes::meet_node`](crate::indices::wide::tree::InLanes::meet_node).
     fn meet_node<L: Unpack>(words: &[u32], link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys>;

@@ -74,7 +74,8 @@ impl QuantisedNode {
     }
 }
 
-fn plane(quantum: u16, anchor: f32, step: f32) -> f32 {
+/// Where a plane is.
+pub(super) fn plane(quantum: u16, anchor: f32, step: f32) -> f32 {
     (f64::from(anchor) + f64::from(quantum) * f64::from(step)) as f32
 }
 

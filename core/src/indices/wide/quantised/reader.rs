@@ -6,6 +6,7 @@ use core::ops::ControlFlow;
 use super::views::Unpack;
 use super::{EMPTY, Form};
 use crate::geometry::Aabb;
+use crate::indices::wide::rows::LANES;
 use crate::indices::wide::simd::LaneRay;
 use crate::indices::wide::tree::{InLanes, Step, Tree};
 use crate::input::Mesh;
@@ -49,12 +50,10 @@ impl<F: Form> Tree for Packed<'_, F> {
         link: u32,
         mut show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let Some((node, _)) = F::node_at(self.words, link) else {
-            return ControlFlow::Continue(());
-        };
-        for (lane, &link) in node.links.iter().enumerate() {
-            if link != EMPTY {
-                show(lane, Step { link, edge: 0 }, node.bounds(lane))?;
+        for lane in 0..LANES {
+            let child = F::child(self.words, link, lane);
+            if let (Some(link), Some(bounds)) = (child, F::box_at(self.words, link, lane)) {
+                show(lane, Step { link, edge: 0 }, bounds)?;
             }
         }
         ControlFlow::Continue(())
