@@ -50,6 +50,8 @@ pub(crate) struct LaneRay {
     pub swap: [u32; 4],
     /// The largest component of the direction.
     pub reach: f32,
+    /// A bit for each axis on which the direction is 0.
+    pub still: u32,
     pub t_min: f32,
 }
 
@@ -95,6 +97,7 @@ impl Way {
         if !tame {
             return Self::F64;
         }
+        let mut still = 0;
         if large_enough != COMPONENTS {
             let zero = sizes.cmpeq(Vec4::ZERO).bitmask();
             if (large_enough | zero) & COMPONENTS != COMPONENTS {
@@ -103,6 +106,7 @@ impl Way {
             if !may_hit() {
                 return Self::Missed;
             }
+            still = zero & COMPONENTS;
         }
         let inverse = Vec4::NEG_ONE / direction;
         Self::Lanes(LaneRay {
@@ -117,6 +121,7 @@ impl Way {
                 Vec4::ZERO,
             )),
             reach: sizes.max_element(),
+            still,
             t_min: ray.t_min(),
         })
     }
@@ -134,6 +139,7 @@ impl LaneRay {
             #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
             swap: [0; 4],
             reach: 0.0,
+            still: 0,
             t_min: 0.0,
         }
     };
@@ -168,6 +174,9 @@ pub(crate) struct Candidates {
 }
 
 impl Candidates {
+    /// No triangle.
+    pub const NONE: Self = Self { any: 0, sure: 0 };
+
     /// Tells a query of what is sure of some lanes, and returns which of them are to be decided about.
     #[inline(always)]
     pub fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {
@@ -210,12 +219,27 @@ pub(crate) trait Lanes {
 
     /// The triangles that the ray may hit at `t_min..=last`; of unused lanes, anything. No edge at corner a is
     /// longer along an axis than `edges` has it.
+    ///
+    /// A ray with a component that is 0 hits no triangle without extent on that axis: see [`Triangle::is_along`]. The
+    /// filter cannot reject one in whose plane the ray runs.
+    #[inline(always)]
     fn meet_triangles<Q: Query>(
         leaf: &Leaf,
         ray: &LaneRay,
         edges: Self::Numbers,
         last: f32,
-    ) -> Candidates;
+    ) -> Candidates {
+        if ray.still != 0 && Self::are_flat(leaf, ray.still) {
+            return Candidates::NONE;
+        }
+        Self::filter::<Q>(leaf, ray, edges, last)
+    }
+
+    /// Tells whether each triangle of a leaf has no extent on one of the axes that have a bit.
+    fn are_flat(leaf: &Leaf, axes: u32) -> bool;
+
+    /// As [`Lanes::meet_triangles`], by the filter alone.
+    fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: Self::Numbers, last: f32) -> Candidates;
 
     /// What can be said of one triangle before the kernel is asked.
     #[inline(always)]
