@@ -25,7 +25,7 @@ pub(super) struct BoxNode {
     pub mark: u32,
 }
 
-/// A node by its place in the heap.
+/// A node by its position in the heap.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) struct NodeRef(u32);
 
@@ -105,11 +105,11 @@ impl<'t> BoxTree<'t> {
         // 1. The rank of each centre on each axis, equal for equal coordinates.
         codes.fill(0);
         for axis in 0..3 {
-            for ((place, key), &member) in (0_u32..).zip(keys.iter_mut()).zip(members.iter()) {
+            for ((position, key), &member) in (0_u32..).zip(keys.iter_mut()).zip(members.iter()) {
                 let bounds = boxes.get(member as usize).unwrap_or(&Aabb::EMPTY);
                 let [x, y, z] = bounds.centre().to_array();
                 let coordinate = [x, y, z].get(axis).copied().unwrap_or(0.0);
-                *key = u64::from(ascending_bits(coordinate)) << 32 | u64::from(place);
+                *key = u64::from(ascending_bits(coordinate)) << 32 | u64::from(position);
             }
             sort_by_upper_half(keys, buffer);
             let mut run = (0, 0);
@@ -153,15 +153,15 @@ impl<'t> BoxTree<'t> {
         }
     }
 
-    /// Recomputes the boxes from the group at `place` upwards, counting only members that `counts`
+    /// Recomputes the boxes from the group at `position` upwards, counting only members that `counts`
     /// names, and lets `mark` renew the marks.
     pub fn refresh_above(
         &mut self,
-        place: usize,
+        position: usize,
         counts: impl Fn(u32) -> bool,
         mark: impl Fn(&Self, NodeRef) -> u32,
     ) {
-        let mut next = Some(NodeRef((self.groups + place / GROUP) as u32));
+        let mut next = Some(NodeRef((self.groups + position / GROUP) as u32));
         while let Some(node) = next {
             self.refresh(node, &counts);
             let mark = mark(self, node);

@@ -46,7 +46,7 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
     let mut next_active = arena.take::<u32>(count)?;
     let members = arena.take::<u32>(count)?;
     let partner = arena.take::<u32>(count)?;
-    let place_of = arena.take::<u32>(count)?;
+    let position_of = arena.take::<u32>(count)?;
     let mut scratch = Scratch::take(&mut arena, count)?;
 
     for (id, slot) in (0..).zip(active.iter_mut()) {
@@ -64,9 +64,9 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
         let members = members.get_mut(..active_count)?;
         let partner = partner.get_mut(..active_count)?;
         // The next round's list is still empty, and serves for the chain.
-        pair_up(boxes, members, partner, next_active, place_of, &mut scratch)?;
+        pair_up(boxes, members, partner, next_active, position_of, &mut scratch)?;
 
-        // 2. Sort the pairs by gap; they start out by lower place, and the sort is stable.
+        // 2. Sort the pairs by gap; they start out by lower position, and the sort is stable.
         let (gaps, mut buffer) = scratch.sorting(active_count)?;
         let mut pair_count = 0;
         for (lower, &higher) in (0..).zip(partner.iter()) {
@@ -112,7 +112,7 @@ fn pair_up(
     members: &mut [u32],
     partner: &mut [u32],
     chain: &mut [u32],
-    place_of: &mut [u32],
+    position_of: &mut [u32],
     scratch: &mut Scratch<'_>,
 ) -> Option<()> {
     for (at, slot) in (0..).zip(members.iter_mut()) {
@@ -120,8 +120,8 @@ fn pair_up(
     }
     partner.fill(NONE);
     let mut tree = BoxTree::build(boxes, members, scratch)?;
-    for (place, &member) in (0..).zip(tree.members()) {
-        *place_of.get_mut(member as usize)? = place;
+    for (position, &member) in (0..).zip(tree.members()) {
+        *position_of.get_mut(member as usize)? = position;
     }
     tree.mark_all(|tree, node| lowest_single(tree, node, partner));
 
@@ -146,8 +146,10 @@ fn pair_up(
             *partner.get_mut(choice as usize)? = top;
             for taken in [top, choice] {
                 let single = |member: u32| partner.get(member as usize) == Some(&NONE);
-                let place = *place_of.get(taken as usize)? as usize;
-                tree.refresh_above(place, single, |tree, node| lowest_single(tree, node, partner));
+                let position = *position_of.get(taken as usize)? as usize;
+                tree.refresh_above(position, single, |tree, node| {
+                    lowest_single(tree, node, partner)
+                });
             }
         }
     }
@@ -169,13 +171,13 @@ fn lowest_single(tree: &BoxTree<'_>, node: NodeRef, partner: &[u32]) -> u32 {
 /// at one gap, the one with the lowest other id is also the first by lower, then higher id.)
 fn first_choice(tree: &BoxTree<'_>, partner: &[u32], asker: u32) -> Option<u32> {
     let bounds = tree.box_of(asker);
-    let mut search = Search { tree, partner, asker, bounds, best: (f64::INFINITY, NONE) };
+    let mut search = NearestSearch { tree, partner, asker, bounds, best: (f64::INFINITY, NONE) };
     search.visit(NodeRef::ROOT);
     let choice = search.best.1;
     (choice != NONE).then_some(choice)
 }
 
-struct Search<'t> {
+struct NearestSearch<'t> {
     tree: &'t BoxTree<'t>,
     partner: &'t [u32],
     asker: u32,
@@ -184,7 +186,7 @@ struct Search<'t> {
     best: (f64, u32),
 }
 
-impl Search<'_> {
+impl NearestSearch<'_> {
     /// As deep a recursion as the tree, at most 30 levels.
     fn visit(&mut self, node: NodeRef) {
         let Some((left, right)) = self.tree.children(node) else {

@@ -160,7 +160,7 @@ pub(crate) fn detect<'s>(
     Some((Clusters { order, ends, classes, class_count: found.class_count }, rest))
 }
 
-struct Found {
+struct ClusterCounts {
     cluster_count: u32,
     class_count: u32,
 }
@@ -174,7 +174,7 @@ fn divide(
     ends: &mut [u32],
     classes: &mut [u32],
     mut arena: Arena<'_>,
-) -> Option<Found> {
+) -> Option<ClusterCounts> {
     let triangles = scene.triangles;
     let count = triangles.len();
 
@@ -240,9 +240,9 @@ fn divide(
     }
     for at in 0..count {
         let root = proximity::root(component, primitive_of(at) as u32) as usize;
-        let place = ends.get_mut(*number_of.get(root)? as usize)?;
-        *order.get_mut(*place as usize)? = at as u32;
-        *place += 1;
+        let offset = ends.get_mut(*number_of.get(root)? as usize)?;
+        *order.get_mut(*offset as usize)? = at as u32;
+        *offset += 1;
     }
-    Some(Found { cluster_count, class_count })
+    Some(ClusterCounts { cluster_count, class_count })
 }

@@ -53,17 +53,17 @@ pub(super) fn connect(
     for (&one, &next) in tree.members().iter().zip(tree.members().iter().skip(1)) {
         components.join_near(&tree, one, next);
     }
-    Join { tree, components }.within(NodeRef::ROOT);
+    DualTreeJoin { tree, components }.within(NodeRef::ROOT);
     Some(())
 }
 
 /// The mark of a node names a component that all boxes below it belong to, once that is known.
-struct Join<'t, 'c> {
+struct DualTreeJoin<'t, 'c> {
     tree: BoxTree<'t>,
     components: Components<'c>,
 }
 
-impl Join<'_, '_> {
+impl DualTreeJoin<'_, '_> {
     /// Joins near boxes below a node. The recursion is as deep as the tree, at most 30 levels.
     fn within(&mut self, node: NodeRef) {
         if self.is_empty(node) {

@@ -24,7 +24,7 @@ const LEAST_PART_BELOW: usize = 100;
 
 /// A run of the sorted primitives.
 #[derive(Clone, Copy)]
-pub(super) struct Class {
+pub(super) struct SizeClass {
     /// One past its last primitive in the sorted order.
     pub end: usize,
     /// The square of the median box diagonal.
@@ -39,7 +39,7 @@ pub(super) fn divide(
     keys: &mut [u64],
     sorted: &mut [u32],
     buffer: &mut SortBuffer<'_>,
-) -> ArrayVec<Class, 4> {
+) -> ArrayVec<SizeClass, 4> {
     // The bits of non-negative floats sort like the floats.
     let mut count = 0;
     for (id, bounds) in (0..).zip(boxes) {
@@ -56,18 +56,18 @@ pub(super) fn divide(
     };
     sort_by_key(keys, sorted, buffer);
 
-    // The widest gaps: (ratio of squares, first place above), the lower of two equal ones.
+    // The widest gaps: (ratio of squares, first position above), the lower of two equal ones.
     let mut gaps = ArrayVec::<(f64, usize), 4>::new();
     let pairs = keys.iter().zip(keys.iter().skip(1)).zip(1..);
-    for ((&below, &above), place) in pairs {
+    for ((&below, &above), position) in pairs {
         let (below, above) = (f64::from_bits(below), f64::from_bits(above));
         let wide = above >= below * (LEAST_RATIO * LEAST_RATIO) && below > 0.0;
-        if !wide || place < count.div_ceil(LEAST_PART_BELOW) {
+        if !wide || position < count.div_ceil(LEAST_PART_BELOW) {
             continue;
         }
         let ratio = above / below;
-        // Carried to its place, and what was there to the next: `Vec::insert` could panic.
-        let mut carried = (ratio, place);
+        // Carried to its position, and what was there to the next: `Vec::insert` could panic.
+        let mut carried = (ratio, position);
         let wider = gaps.iter().take_while(|gap| gap.0 >= ratio).count();
         for gap in gaps.iter_mut().skip(wider) {
             core::mem::swap(gap, &mut carried);
@@ -81,10 +81,10 @@ pub(super) fn divide(
     let mut classes = ArrayVec::new();
     let mut start = 0;
     while start < count {
-        let end = gaps.iter().map(|gap| gap.1).filter(|&place| place > start).min();
+        let end = gaps.iter().map(|gap| gap.1).filter(|&position| position > start).min();
         let end = end.unwrap_or(count);
         let median = keys.get(usize::midpoint(start, end)).copied().unwrap_or(0);
-        let class = Class { end, typical_size_squared: f64::from_bits(median) };
+        let class = SizeClass { end, typical_size_squared: f64::from_bits(median) };
         let pushed = classes.try_push(class).is_ok();
         debug_assert!(pushed, "three gaps make four classes");
         start = end;

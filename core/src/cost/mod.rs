@@ -12,7 +12,7 @@ mod sample;
 mod weights;
 
 pub(crate) use best_level::{best_level, search_steps};
-pub(crate) use probe::{Trial, Tried, ray_count};
+pub(crate) use probe::{Probe, ProbeRay, ray_count};
 pub(crate) use sample::for_each_ray;
 pub use weights::Weights;
 
@@ -46,6 +46,6 @@ impl Estimate {
 }
 
 /// Half the surface of a box with these sides.
-pub(crate) fn surface([x, y, z]: [f64; 3]) -> f64 {
+pub(crate) fn half_area([x, y, z]: [f64; 3]) -> f64 {
     x * y + y * z + z * x
 }

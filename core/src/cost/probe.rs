@@ -18,10 +18,10 @@ use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
 use crate::input::CostModel;
 use crate::query::{Closest, Counters, Query, TriangleId};
 
-/// A ray of a trial, as far as the closest triangle.
+/// A ray of a probe, as far as the closest triangle.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Tried {
+pub(crate) struct ProbeRay {
     origin: [f32; 3],
     direction: [f32; 3],
     t_min: f32,
@@ -33,10 +33,10 @@ const FEWEST: usize = 32;
 /// The most rays to judge by.
 const MOST: usize = 384;
 /// The most of the caller's rays that are looked at for one group: ten times what it is tried on.
-const LOOKED_AT: usize = 4096;
+const MOST_EXAMINED: usize = 4096;
 
 /// How many rays a group of so many triangles is tried on: enough that another choice of them changes little,
-/// and few beside the triangles that are filed for each trial.
+/// and few beside the triangles that are filed for each probe.
 pub(crate) const fn ray_count(triangle_count: usize) -> usize {
     match triangle_count {
         0..FEWEST => FEWEST,
@@ -46,13 +46,13 @@ pub(crate) const fn ray_count(triangle_count: usize) -> usize {
 }
 
 /// Rays through a group.
-pub(crate) struct Trial<'s> {
+pub(crate) struct Probe<'s> {
     bounds: Aabb,
-    rays: &'s [Tried],
+    rays: &'s [ProbeRay],
     steps: u64,
 }
 
-impl<'s> Trial<'s> {
+impl<'s> Probe<'s> {
     /// Fills `room` with rays for some triangles: those of the rays `given` that meet their box, evenly, or where
     /// there are too few of them a sample; `find` finds the closest hit of each. After `most_tests` triangle tests no
     /// more rays are taken.
@@ -60,7 +60,7 @@ impl<'s> Trial<'s> {
         triangles: impl Iterator<Item = Triangle> + Clone,
         bounds: &Aabb,
         given: &[Ray],
-        room: &'s mut [Tried],
+        room: &'s mut [ProbeRay],
         most_tests: u64,
         mut find: impl FnMut(&RaySpan, Span, &mut Closest<'_, &mut Counters>),
     ) -> Self {
@@ -76,14 +76,14 @@ impl<'s> Trial<'s> {
             let mut query = Closest::new(ray, &mut counters);
             clipped(ray, bounds, |ray, span| find(ray, span, &mut query));
             let (origin, direction) = (ray.origin().to_array(), ray.direction().to_array());
-            *slot = Tried { origin, direction, t_min: ray.t_min(), end: query.last_t() };
+            *slot = ProbeRay { origin, direction, t_min: ray.t_min(), end: query.last_t() };
             count += 1;
         };
         let meets = |ray: &&Ray| {
             let ray = RaySpan::new(ray);
             !ray.clip(bounds, ray.whole()).is_empty()
         };
-        let given = given.iter().step_by(given.len().div_ceil(LOOKED_AT).max(1)).filter(meets);
+        let given = given.iter().step_by(given.len().div_ceil(MOST_EXAMINED).max(1)).filter(meets);
         let met = given.clone().count();
         if met < FEWEST {
             sample::for_each_ray(triangles, wanted as u32, add);
@@ -103,14 +103,14 @@ impl<'s> Trial<'s> {
     pub fn cost(
         &self,
         model: &CostModel,
-        mut walk: impl FnMut(&RaySpan, Span, &mut Ended<'_>),
+        mut walk: impl FnMut(&RaySpan, Span, &mut CountingQuery<'_>),
     ) -> f64 {
         let (mut nodes, mut tests) = (0_u64, 0_u64);
         for tried in self.rays {
             let [origin, direction] = [tried.origin, tried.direction].map(Vec3::from_array);
             let ray = Ray::with_interval(origin, direction, tried.t_min, f32::INFINITY);
             let Ok(ray) = ray else { continue };
-            let mut query = Ended { ray: &ray, end: tried.end, nodes: 0, tests: 0 };
+            let mut query = CountingQuery { ray: &ray, end: tried.end, nodes: 0, tests: 0 };
             clipped(&ray, &self.bounds, |ray, span| walk(ray, span, &mut query));
             nodes += query.nodes;
             tests += query.tests;
@@ -129,16 +129,16 @@ fn clipped(ray: &Ray, bounds: &Aabb, show: impl FnOnce(&RaySpan, Span)) {
 }
 
 /// A query whose answer is known: it only counts.
-pub(crate) struct Ended<'r> {
+pub(crate) struct CountingQuery<'r> {
     ray: &'r Ray,
     end: f32,
     nodes: u64,
     tests: u64,
 }
 
-impl crate::query::sealed::Sealed for Ended<'_> {}
+impl crate::query::sealed::Sealed for CountingQuery<'_> {}
 
-impl Query for Ended<'_> {
+impl Query for CountingQuery<'_> {
     fn enter(&mut self) {
         self.nodes += 1;
     }

@@ -33,7 +33,7 @@ pub(crate) fn for_each_ray(
     if bounds.is_empty() {
         return;
     }
-    let mut points = Points::default();
+    let mut points = QuasirandomPoints::default();
     let beyond = libm::sqrt(bounds.diagonal_squared()) as f32;
     let mut show_from_outside = |at: Vec3, direction: Vec3| {
         // A NaN or an infinity makes no ray.
@@ -110,22 +110,22 @@ fn on_sphere(z: f32, turn: f32) -> Vec3 {
     Vec3::new(radius * cosine, radius * sine, z)
 }
 
-/// Points of the cube of five dimensions, each where the others have left the most room.
+/// QuasirandomPoints of the cube of five dimensions, each where the others have left the most room.
 ///
 /// # Source
 /// M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018: steps by the powers of 1/p with
 /// p^6 = p + 1, here as fractions of 2^32.
 #[derive(Default)]
-struct Points([u32; 5]);
+struct QuasirandomPoints([u32; 5]);
 
 const STEPS: [u32; 5] = [0xe19b_01ab, 0xc6d1_d6c9, 0xaf36_d01f, 0x9a69_443f, 0x8814_03b9];
 
-impl Points {
+impl QuasirandomPoints {
     /// The next point; each coordinate from 0 to 1, without 1.
     fn next(&mut self) -> [f32; 5] {
-        for (place, step) in self.0.iter_mut().zip(STEPS) {
-            *place = place.wrapping_add(step);
+        for (coordinate, step) in self.0.iter_mut().zip(STEPS) {
+            *coordinate = coordinate.wrapping_add(step);
         }
-        self.0.map(|place| (place >> 8) as f32 / 16_777_216.0)
+        self.0.map(|coordinate| (coordinate >> 8) as f32 / 16_777_216.0)
     }
 }

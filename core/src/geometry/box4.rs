@@ -50,7 +50,7 @@ impl Box4 {
     }
 
     /// Half the surface.
-    pub fn surface(&self) -> f32 {
+    pub fn half_area(&self) -> f32 {
         let [x, y, z, _] = (self.hi - self.lo).to_array();
         x * y + y * z + z * x
     }

@@ -17,12 +17,12 @@
 
 use super::Triangle;
 
-type V3 = [f64; 3];
+type Vector64 = [f64; 3];
 
 /// Tells whether a triangle may share a point with the closed box `lo..=hi`.
 ///
 /// Never `false` for one that does.
-pub fn may_overlap(triangle: &Triangle, lo: V3, hi: V3) -> bool {
+pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
     let corners = [triangle.a, triangle.b, triangle.c].map(|p| p.to_array().map(f64::from));
     let [a, b, c] = corners;
     // Along the coordinate axes: exact comparisons of given numbers.
@@ -43,9 +43,9 @@ pub fn may_overlap(triangle: &Triangle, lo: V3, hi: V3) -> bool {
         centre[axis] = (lo[axis] + hi[axis]) * 0.5;
         radius[axis] = larger(hi[axis] - centre[axis], centre[axis] - lo[axis]);
     }
-    let from_centre = |p: V3| [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
+    let from_centre = |p: Vector64| [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
     let (a, b, c) = (from_centre(a), from_centre(b), from_centre(c));
-    let minus = |p: V3, q: V3| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+    let minus = |p: Vector64, q: Vector64| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
     let edges = [minus(b, a), minus(c, b), minus(a, c)];
     let reach = [a, b, c, radius].map(largest).into_iter().fold(0.0, larger);
     let edge = edges.map(largest).into_iter().fold(0.0, larger);
@@ -54,7 +54,7 @@ pub fn may_overlap(triangle: &Triangle, lo: V3, hi: V3) -> bool {
     let margin = edge * reach * 1.421_085_471_520_200_4e-14; // 2^-46
     for e in edges {
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-            let project = |p: V3| p[i] * e[j] - p[j] * e[i];
+            let project = |p: Vector64| p[i] * e[j] - p[j] * e[i];
             let (p, q, r) = (project(a), project(b), project(c));
             let box_radius = radius[i] * e[j].abs() + radius[j] * e[i].abs() + margin;
             if larger(p, larger(q, r)) < -box_radius || smaller(p, smaller(q, r)) > box_radius {
@@ -66,7 +66,7 @@ pub fn may_overlap(triangle: &Triangle, lo: V3, hi: V3) -> bool {
     // Along the normal.
     let [e, f, _] = edges;
     let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
-    let dot = |p: V3, q: V3| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let dot = |p: Vector64, q: Vector64| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
     let margin = edge * edge * reach * 5.684_341_886_080_802e-14; // 2^-44
     dot(normal, a).abs() <= dot(normal.map(f64::abs), radius) + margin
 }
@@ -79,7 +79,7 @@ fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-fn largest(v: V3) -> f64 {
+fn largest(v: Vector64) -> f64 {
     larger(v[0].abs(), larger(v[1].abs(), v[2].abs()))
 }
 

@@ -328,15 +328,15 @@ impl<'a, R: Representation> Index<'a, R> {
     /// vector registers, the wide, compact and lean BVHs walk four rays in turn, whose state takes some 13 KiB of
     /// the stack; elsewhere see [`IndexKind`](crate::IndexKind#stack).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
-        let start = |place: usize| rays.get(place).map(|ray| Closest::new(ray, ()));
+        let start = |index: usize| rays.get(index).map(|ray| Closest::new(ray, ()));
         let count = rays.len().min(hits.len());
         R::Structure::traverse_each(
             &self.sections,
             self.simd_level,
             count,
             start,
-            |place, query| {
-                if let Some(hit) = hits.get_mut(place) {
+            |index, query| {
+                if let Some(hit) = hits.get_mut(index) {
                     *hit = query.finish().unwrap_or(Hit::NONE);
                 }
             },
@@ -345,15 +345,15 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// As [`Index::occluded`], for each ray; see [`Index::closest_hits`].
     pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
-        let start = |place: usize| rays.get(place).map(|ray| Occluded::new(ray, ()));
+        let start = |index: usize| rays.get(index).map(|ray| Occluded::new(ray, ()));
         let count = rays.len().min(occluded.len());
         R::Structure::traverse_each(
             &self.sections,
             self.simd_level,
             count,
             start,
-            |place, query| {
-                if let Some(occluded) = occluded.get_mut(place) {
+            |index, query| {
+                if let Some(occluded) = occluded.get_mut(index) {
                     *occluded = query.found;
                 }
             },

@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 use crate::structure::Statistics;
 
 /// A node that was found sound.
-pub(super) enum Node {
+pub(super) enum CheckedNode {
     /// With its length in words.
     Inner { words: u32 },
     /// With its length in words, and the triangles filed in it.
@@ -30,30 +30,30 @@ impl<const MOST: usize> Links<MOST> {
 
 /// Follows all links from `root` on and says what the tree consists of, and where it ends; `None` if it is none.
 ///
-/// The first node lies at the word `start`, and `place_of` tells where a link leads. `check` is shown each link and its
+/// The first node lies at the word `start`, and `offset_of` tells where a link leads. `check` is shown each link and its
 /// level, the root's is 0; it [follows](Links::follow) the children of a sound node in their order, and returns `None`
 /// for any other. Trees in which at most `MOST` links wait at a time are checked. Cost: linear.
 pub(super) fn check_depth_first<const MOST: usize>(
     root: u32,
     start: u32,
-    place_of: impl Fn(u32) -> u32,
-    mut check: impl FnMut(u32, u32, &mut Links<MOST>) -> Option<Node>,
+    offset_of: impl Fn(u32) -> u32,
+    mut check: impl FnMut(u32, u32, &mut Links<MOST>) -> Option<CheckedNode>,
 ) -> Option<(Statistics, u32)> {
     let mut statistics = Statistics::default();
     let mut links = Links { waiting: ArrayVec::new(), level: 0 };
     links.waiting.try_push((root, 0)).ok()?;
     let mut end = start;
     while let Some((link, level)) = links.waiting.pop() {
-        if place_of(link) != end {
+        if offset_of(link) != end {
             return None;
         }
         links.level = level;
         let words = match check(link, level, &mut links)? {
-            Node::Inner { words } => {
+            CheckedNode::Inner { words } => {
                 statistics.inner_nodes += 1;
                 words
             }
-            Node::Leaf { words, references } => {
+            CheckedNode::Leaf { words, references } => {
                 statistics.add_leaf(references, level);
                 words
             }

@@ -62,7 +62,7 @@ impl<'a> Mesh<'a> {
             Self::Triangles(triangles) => triangles.get(id as usize).copied(),
             Self::Indexed { vertices, corners } => {
                 let [a, b, c] = *corners.get(id as usize)?;
-                let vertex = |place: u32| vertices.get(place as usize).copied();
+                let vertex = |index: u32| vertices.get(index as usize).copied();
                 Some(Triangle::new(vertex(a)?, vertex(b)?, vertex(c)?))
             }
         }

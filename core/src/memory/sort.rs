@@ -62,12 +62,12 @@ fn sort_by_digits(
         }
         for (at, &key) in keys.iter().enumerate() {
             let start = &mut starts[digit_of(key)];
-            let place = *start as usize;
+            let offset = *start as usize;
             *start += 1;
-            if let Some(slot) = other_keys.get_mut(place) {
+            if let Some(slot) = other_keys.get_mut(offset) {
                 *slot = key;
             }
-            if let (Some(slot), Some(&value)) = (other_values.get_mut(place), values.get(at)) {
+            if let (Some(slot), Some(&value)) = (other_values.get_mut(offset), values.get(at)) {
                 *slot = value;
             }
         }

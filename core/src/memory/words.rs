@@ -61,12 +61,12 @@ impl<'a> Words<'a> {
         self.len == 0
     }
 
-    /// Appends a word and returns its place.
+    /// Appends a word and returns its offset.
     pub fn push(&mut self, word: u32) -> usize {
-        let place = self.len;
-        self.set(place, word);
-        self.len = place.saturating_add(1);
-        place
+        let offset = self.len;
+        self.set(offset, word);
+        self.len = offset.saturating_add(1);
+        offset
     }
 
     /// Appends several words.
@@ -81,22 +81,22 @@ impl<'a> Words<'a> {
         self.len = end;
     }
 
-    /// Appends `count` words, to be set later, and returns the place of the first.
+    /// Appends `count` words, to be set later, and returns the offset of the first.
     pub fn reserve(&mut self, count: usize) -> usize {
-        let place = self.len;
-        self.len = place.saturating_add(count);
-        place
+        let offset = self.len;
+        self.len = offset.saturating_add(count);
+        offset
     }
 
     /// Appends `count` words and returns them, to be set now, if the memory holds them.
     pub fn append(&mut self, count: usize) -> Option<&mut [u32]> {
-        let place = self.reserve(count);
-        self.slots.get_mut(place..self.len)
+        let offset = self.reserve(count);
+        self.slots.get_mut(offset..self.len)
     }
 
-    /// Overwrites the word at `place`.
-    pub fn set(&mut self, place: usize, word: u32) {
-        if let Some(slot) = self.slots.get_mut(place) {
+    /// Overwrites the word at `offset`.
+    pub fn set(&mut self, offset: usize, word: u32) {
+        if let Some(slot) = self.slots.get_mut(offset) {
             *slot = word;
         }
     }

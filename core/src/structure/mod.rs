@@ -106,21 +106,21 @@ pub trait Structure: Described {
     ) -> Result<(), BuildError>;
 
     /// Shows `query` the triangles near its ray, until it knows the answer.
-    fn traverse<Q: Query>(sections: &Sections<'_>, vectors: SimdLevel, query: &mut Q);
+    fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q);
 
     /// Answers `count` queries, in any order: `start` makes the one of a number, `finish` sees it answered.
     #[inline]
     fn traverse_each<Q: Query>(
         sections: &Sections<'_>,
-        vectors: SimdLevel,
+        simd_level: SimdLevel,
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
         mut finish: impl FnMut(usize, &Q),
     ) {
-        for place in 0..count {
-            let Some(mut query) = start(place) else { return };
-            Self::traverse(sections, vectors, &mut query);
-            finish(place, &query);
+        for index in 0..count {
+            let Some(mut query) = start(index) else { return };
+            Self::traverse(sections, simd_level, &mut query);
+            finish(index, &query);
         }
     }
 

@@ -64,8 +64,8 @@ impl BuildCost {
 
     /// The turn in which a kind is tried: lower is earlier, and kinds never measured come last.
     pub fn turn(kind: IndexKind) -> usize {
-        let place = TABLE.iter().position(|line| line.0 == kind.family());
-        2 * place.unwrap_or(TABLE.len()) + usize::from(kind.is_clustered())
+        let line = TABLE.iter().position(|line| line.0 == kind.family());
+        2 * line.unwrap_or(TABLE.len()) + usize::from(kind.is_clustered())
     }
 
     /// One past the last turn.

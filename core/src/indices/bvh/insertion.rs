@@ -12,7 +12,7 @@ use arrayvec::ArrayVec;
 use bytemuck::{Pod, Zeroable};
 
 use super::{MAX_DEPTH, push_inner, push_leaf, set_child};
-use crate::cost::surface;
+use crate::cost::half_area;
 use crate::error::BuildError;
 use crate::geometry::Aabb;
 use crate::input::Options;
@@ -23,7 +23,7 @@ use crate::structure::Group;
 /// list of triangles.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Node {
+struct BuildNode {
     bounds: Aabb,
     links: [u32; 2],
     /// Levels below; 0 for a leaf.
@@ -37,7 +37,7 @@ const fn node_count(triangle_count: usize) -> usize {
 }
 
 pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
-    size_of_slice::<Node>(node_count(triangle_count))
+    size_of_slice::<BuildNode>(node_count(triangle_count))
         .saturating_add(size_of_slice::<u32>(triangle_count))
 }
 
@@ -53,24 +53,24 @@ pub(super) fn build(
     full: BuildError,
 ) -> Result<(), BuildError> {
     let count = group.ids.len();
-    let nodes = arena.take::<Node>(node_count(count)).ok_or(full)?;
-    // The list of a leaf, by place in the group; a leaf has several only where no level is left.
+    let nodes = arena.take::<BuildNode>(node_count(count)).ok_or(full)?;
+    // The list of a leaf, by index in the group; a leaf has several only where no level is left.
     let next = arena.take::<u32>(count).ok_or(full)?;
     next.fill(NONE);
-    let mut tree = Tree { nodes, next, used: 0 };
-    // A step coprime to the count, near the golden section of it, visits every place once.
+    let mut tree = InsertionTree { nodes, next, used: 0 };
+    // A step coprime to the count, near the golden section of it, visits every index once.
     let mut step = (count as u64 * 618 / 1000).max(1);
     while greatest_common_divisor(step, count as u64) != 1 {
         step += 1;
     }
-    let mut place = 0;
+    let mut index = 0;
     for _ in 0..count {
-        let id = group.ids.get(place as usize).copied().unwrap_or(0);
+        let id = group.ids.get(index as usize).copied().unwrap_or(0);
         let bounds = group.triangles.get(id).unwrap_or_default().bounds();
-        let levels = tree.insert(place as u32, bounds, options).ok_or(full)?;
+        let levels = tree.insert(index as u32, bounds, options).ok_or(full)?;
         // A step for each box compared on the way down, and for each renewed on the way back.
         words.spend(2 * levels as u64)?;
-        place = (place + step) % count.max(1) as u64;
+        index = (index + step) % count.max(1) as u64;
     }
     let start = words.len();
     let root = words.push(0);
@@ -86,14 +86,14 @@ fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
     a
 }
 
-struct Tree<'a> {
-    nodes: &'a mut [Node],
+struct InsertionTree<'a> {
+    nodes: &'a mut [BuildNode],
     next: &'a mut [u32],
     used: usize,
 }
 
-impl Tree<'_> {
-    fn push(&mut self, node: Node) -> Option<u32> {
+impl InsertionTree<'_> {
+    fn push(&mut self, node: BuildNode) -> Option<u32> {
         let id = self.used;
         *self.nodes.get_mut(id)? = node;
         self.used += 1;
@@ -101,8 +101,8 @@ impl Tree<'_> {
     }
 
     /// Inserts a triangle, and returns the number of nodes on the way to its leaf.
-    fn insert(&mut self, place: u32, bounds: Aabb, options: &Options) -> Option<usize> {
-        let leaf = Node { bounds, links: [place, place], height: 0 };
+    fn insert(&mut self, index: u32, bounds: Aabb, options: &Options) -> Option<usize> {
+        let leaf = BuildNode { bounds, links: [index, index], height: 0 };
         if self.used == 0 {
             self.push(leaf)?;
             return Some(1);
@@ -125,10 +125,10 @@ impl Tree<'_> {
         if path.len() as u32 + node.height <= MAX_DEPTH {
             let links = [self.push(node)?, self.push(leaf)?];
             *self.nodes.get_mut(at as usize)? =
-                Node { bounds: node.bounds, links, height: node.height + 1 };
+                BuildNode { bounds: node.bounds, links, height: node.height + 1 };
         } else {
-            *self.next.get_mut(node.links[1] as usize)? = place;
-            self.nodes.get_mut(at as usize)?.links[1] = place;
+            *self.next.get_mut(node.links[1] as usize)? = index;
+            self.nodes.get_mut(at as usize)?.links[1] = index;
         }
 
         // 3. Boxes and heights on the way back.
@@ -150,7 +150,7 @@ impl Tree<'_> {
     #[expect(clippy::option_option, reason = "the outer one is for `?`")]
     fn cheaper_child(
         &self,
-        node: &Node,
+        node: &BuildNode,
         bounds: &Aabb,
         options: &Options,
         fits: bool,
@@ -159,7 +159,7 @@ impl Tree<'_> {
             return Some(None);
         }
         let growth = |bounds_before: &Aabb| {
-            surface(bounds_before.union(*bounds).extent()) - surface(bounds_before.extent())
+            half_area(bounds_before.union(*bounds).extent()) - half_area(bounds_before.extent())
         };
         let [left, right] = node.links;
         let (l, r) = (self.nodes.get(left as usize)?, self.nodes.get(right as usize)?);
@@ -169,14 +169,14 @@ impl Tree<'_> {
         let (child, least) = if go_right { (right, r_growth) } else { (left, l_growth) };
         let model = &options.cost_model();
         let descended = model.traversal * 2.0 * growth(&node.bounds) + model.intersection * least;
-        let paired = model.traversal * 2.0 * surface(node.bounds.union(*bounds).extent());
+        let paired = model.traversal * 2.0 * half_area(node.bounds.union(*bounds).extent());
         Some((!fits || descended <= paired).then_some(child))
     }
 }
 
 /// Writes a subtree in depth-first order and returns the link to it. As deep a recursion as the tree.
 fn write(
-    tree: &Tree<'_>,
+    tree: &InsertionTree<'_>,
     at: u32,
     group: &Group<'_>,
     words: &mut Words<'_>,
@@ -184,10 +184,10 @@ fn write(
 ) -> Option<u32> {
     let node = tree.nodes.get(at as usize)?;
     if node.height == 0 {
-        let mut place = node.links[0];
+        let mut index = node.links[0];
         let ids = core::iter::from_fn(|| {
-            let id = group.ids.get(place as usize).copied()?;
-            place = tree.next.get(place as usize).copied().unwrap_or(NONE);
+            let id = group.ids.get(index as usize).copied()?;
+            index = tree.next.get(index as usize).copied().unwrap_or(NONE);
             Some(id)
         });
         return Some(push_leaf(words, start, ids));

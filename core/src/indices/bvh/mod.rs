@@ -4,10 +4,10 @@
 //! words:  root: a link; then the nodes in depth-first order
 //! inner:  for each of two children: its box (6 f32 bits: lo, hi) and a link
 //! leaf:   count | id id id ...
-//! link:   place of the node, the highest bit set for a leaf
+//! link:   offset of the node, the highest bit set for a leaf
 //! ```
 //! Built from above: the triangles are divided where the surface of either part's box times its
-//! triangles is least, by their centres in bins; or by insertion (`bvh_insertion`).
+//! triangles is least, by their centroids in bins; or by insertion (`bvh_insertion`).
 //!
 //! # Source
 //! T. Kay, J. Kajiya, *Ray Tracing Complex Scenes*, 1986; J. Goldsmith, J. Salmon, *Automatic Creation
@@ -18,10 +18,10 @@ mod insertion;
 
 use core::ops::ControlFlow;
 
-use super::depth_first::{Node, check_depth_first};
+use super::depth_first::{CheckedNode, check_depth_first};
 use super::ordered_traversal::walk_near_first;
 use crate::Vec3;
-use crate::cost::{Weights, surface};
+use crate::cost::{Weights, half_area};
 use crate::error::BuildError;
 use crate::geometry::{Aabb, RaySpan, Span};
 use crate::input::{BvhBuild, Level, Options};
@@ -57,12 +57,12 @@ pub(super) fn set_child(
     bounds: &Aabb,
     link: u32,
 ) {
-    let place = boxes + child * CHILD_WORDS as usize;
+    let offset = boxes + child * CHILD_WORDS as usize;
     let numbers = bounds.lo.to_array().into_iter().chain(bounds.hi.to_array());
-    for (offset, number) in numbers.enumerate() {
-        words.set(place + offset, number.to_bits());
+    for (component, number) in numbers.enumerate() {
+        words.set(offset + component, number.to_bits());
     }
-    words.set(place + CHILD_WORDS as usize - 1, link);
+    words.set(offset + CHILD_WORDS as usize - 1, link);
 }
 
 /// Appends a leaf and returns the link to it.
@@ -71,14 +71,14 @@ pub(super) fn push_leaf(
     start: usize,
     ids: impl Iterator<Item = u32>,
 ) -> u32 {
-    let place = words.push(0);
+    let offset = words.push(0);
     let mut count = 0;
     for id in ids {
         words.push(id);
         count += 1;
     }
-    words.set(place, count);
-    (place - start) as u32 | LEAF
+    words.set(offset, count);
+    (offset - start) as u32 | LEAF
 }
 
 /// See [`LocalIndex::scratch_bytes`].
@@ -125,7 +125,7 @@ impl LocalIndex for Bvh {
         ids.copy_from_slice(group.ids.get(..ids.len()).unwrap_or_default());
         let start = words.len();
         let root = words.push(0);
-        let link = Builder { group, options, words, start }.node(ids, other, 0)?;
+        let link = BvhBuilder { group, options, words, start }.node(ids, other, 0)?;
         words.set(root, link);
         Ok(())
     }
@@ -139,41 +139,42 @@ impl LocalIndex for Bvh {
         const DEPTH: usize = MAX_DEPTH as usize + 2;
         let root = (local.word(0), span);
         walk_near_first::<DEPTH, _, _>(root, query, |link, span, query, waiting| {
-            let place = link & !LEAF;
+            let offset = link & !LEAF;
             if link & LEAF != 0 {
-                return local.test(place + 1, local.word(place), query);
+                return local.test(offset + 1, local.word(offset), query);
             }
-            let child = |place: u32| {
-                let span = ray.clip(&bounds_at(local, place), span);
-                (!span.is_empty()).then(|| (local.word(place + CHILD_WORDS - 1), span))
+            let child = |offset: u32| {
+                let span = ray.clip(&bounds_at(local, offset), span);
+                (!span.is_empty()).then(|| (local.word(offset + CHILD_WORDS - 1), span))
             };
-            waiting.enter_sorted(child(place), child(place + CHILD_WORDS));
+            waiting.enter_sorted(child(offset), child(offset + CHILD_WORDS));
             ControlFlow::Continue(())
         })
     }
 
     fn check(local: &Local<'_>) -> Option<Statistics> {
         const MOST: usize = MAX_DEPTH as usize + 2;
-        let place_of = |link| link & !LEAF;
+        let offset_of = |link| link & !LEAF;
         let checked =
-            check_depth_first::<MOST>(local.word(0), 1, place_of, |link, depth, links| {
-                let place = place_of(link);
+            check_depth_first::<MOST>(local.word(0), 1, offset_of, |link, depth, links| {
+                let offset = offset_of(link);
                 if link & LEAF != 0 {
-                    let references = local.word(place);
+                    let references = local.word(offset);
                     let words = references.checked_add(1)?;
-                    let sound = references != 0 && local.are_ids(place + 1, references);
-                    return sound.then_some(Node::Leaf { words, references });
+                    let sound = references != 0 && local.are_ids(offset + 1, references);
+                    return sound.then_some(CheckedNode::Leaf { words, references });
                 }
-                let boxes = [place, place + CHILD_WORDS];
-                let sound = boxes.iter().all(|&place| {
-                    let bounds = bounds_at(local, place);
+                let boxes = [offset, offset + CHILD_WORDS];
+                let sound = boxes.iter().all(|&offset| {
+                    let bounds = bounds_at(local, offset);
                     bounds.lo.is_finite() && bounds.hi.is_finite() && !bounds.is_empty()
                 });
                 if depth >= MAX_DEPTH || !sound {
                     return None;
                 }
-                links.follow(boxes.into_iter().map(|place| local.word(place + CHILD_WORDS - 1)))?;
-                Some(Node::Inner { words: INNER_WORDS })
+                links
+                    .follow(boxes.into_iter().map(|offset| local.word(offset + CHILD_WORDS - 1)))?;
+                Some(CheckedNode::Inner { words: INNER_WORDS })
             });
         let (statistics, end) = checked?;
         (end as usize == local.words.len()).then_some(statistics)
@@ -181,15 +182,15 @@ impl LocalIndex for Bvh {
 }
 
 #[inline]
-fn bounds_at(local: &Local<'_>, place: u32) -> Aabb {
-    let number = |offset: u32| f32::from_bits(local.word(place.wrapping_add(offset)));
+fn bounds_at(local: &Local<'_>, offset: u32) -> Aabb {
+    let number = |component: u32| f32::from_bits(local.word(offset.wrapping_add(component)));
     Aabb::new(
         Vec3::new(number(0), number(1), number(2)),
         Vec3::new(number(3), number(4), number(5)),
     )
 }
 
-struct Builder<'b, 'w> {
+struct BvhBuilder<'b, 'w> {
     group: &'b Group<'b>,
     options: &'b Options,
     words: &'b mut Words<'w>,
@@ -198,14 +199,14 @@ struct Builder<'b, 'w> {
 }
 
 /// Where triangles are divided: by the bin of their centre on an axis.
-struct Split {
+struct BinnedSplit {
     axis: usize,
     /// The first bin of the upper part.
     bin: usize,
     cost: f64,
 }
 
-impl Builder<'_, '_> {
+impl BvhBuilder<'_, '_> {
     fn bounds_of(&self, id: u32) -> Aabb {
         self.group.triangles.get(id).map_or(Aabb::EMPTY, |triangle| triangle.bounds())
     }
@@ -218,11 +219,11 @@ impl Builder<'_, '_> {
     fn node(&mut self, ids: &mut [u32], other: &mut [u32], depth: u32) -> Result<u32, BuildError> {
         self.words.spend(ids.len() as u64)?;
         let mut bounds = Aabb::EMPTY;
-        let mut centres = Aabb::EMPTY;
+        let mut centroids = Aabb::EMPTY;
         for &id in ids.iter() {
             let triangle = self.bounds_of(id);
             bounds = bounds.union(triangle);
-            centres = centres.with_point(triangle.centre());
+            centroids = centroids.with_point(triangle.centre());
         }
         let most_depth = match self.options.level {
             Level::Automatic => MAX_DEPTH,
@@ -233,15 +234,15 @@ impl Builder<'_, '_> {
         } else if depth >= BALANCED_FROM {
             (ids.len() > self.options.leaf_capacity as usize).then_some(ids.len() / 2)
         } else {
-            self.split(&bounds, &centres, ids)
-                .map(|split| partition(self, &centres, &split, ids, other))
+            self.split(&bounds, &centroids, ids)
+                .map(|split| partition(self, &centroids, &split, ids, other))
         };
         let Some(middle) = middle.filter(|&middle| 0 < middle && middle < ids.len()) else {
             return Ok(push_leaf(self.words, self.start, ids.iter().copied()));
         };
 
         let boxes = push_inner(self.words);
-        let place = (boxes - self.start) as u32;
+        let offset = (boxes - self.start) as u32;
         let (below, above) = ids.split_at_mut_checked(middle).unwrap_or_default();
         let (other_below, other_above) = other.split_at_mut_checked(middle).unwrap_or_default();
         for (child, (ids, other)) in
@@ -251,20 +252,20 @@ impl Builder<'_, '_> {
             let link = self.node(ids, other, depth + 1)?;
             set_child(self.words, boxes, child, &bounds, link);
         }
-        Ok(place)
+        Ok(offset)
     }
 
     /// The best division, if it is better than a leaf or the leaf would be too large.
-    fn split(&self, bounds: &Aabb, centres: &Aabb, ids: &[u32]) -> Option<Split> {
+    fn split(&self, bounds: &Aabb, centroids: &Aabb, ids: &[u32]) -> Option<BinnedSplit> {
         let model = &self.options.cost_model();
-        let whole = surface(bounds.extent());
-        let mut best: Option<Split> = None;
+        let whole = half_area(bounds.extent());
+        let mut best: Option<BinnedSplit> = None;
         for axis in 0..3 {
             let mut counts = [0_u32; BINS];
             let mut boxes = [Aabb::EMPTY; BINS];
             for &id in ids {
                 let triangle = self.bounds_of(id);
-                let bin = bin_of(centres, axis, &triangle);
+                let bin = bin_of(centroids, axis, &triangle);
                 if let (Some(count), Some(bounds)) = (counts.get_mut(bin), boxes.get_mut(bin)) {
                     *count += 1;
                     *bounds = bounds.union(triangle);
@@ -276,7 +277,7 @@ impl Builder<'_, '_> {
             for ((cost, &count), bounds) in lower.iter_mut().zip(&counts).zip(&boxes) {
                 sum += count;
                 part = part.union(*bounds);
-                *cost = surface(part.extent()) * f64::from(sum);
+                *cost = half_area(part.extent()) * f64::from(sum);
             }
             let (mut sum, mut part) = (0, Aabb::EMPTY);
             for bin in (1..BINS).rev() {
@@ -285,9 +286,9 @@ impl Builder<'_, '_> {
                 if sum == 0 || sum as usize == ids.len() {
                     continue;
                 }
-                let cost = lower.get(bin - 1)? + surface(part.extent()) * f64::from(sum);
+                let cost = lower.get(bin - 1)? + half_area(part.extent()) * f64::from(sum);
                 if best.as_ref().is_none_or(|best| cost < best.cost) {
-                    best = Some(Split { axis, bin, cost });
+                    best = Some(BinnedSplit { axis, bin, cost });
                 }
             }
         }
@@ -299,9 +300,9 @@ impl Builder<'_, '_> {
     }
 }
 
-fn bin_of(centres: &Aabb, axis: usize, triangle: &Aabb) -> usize {
-    let (centre, lo) = (triangle.centre().to_array(), centres.lo.to_array());
-    let extent = centres.extent();
+fn bin_of(centroids: &Aabb, axis: usize, triangle: &Aabb) -> usize {
+    let (centre, lo) = (triangle.centre().to_array(), centroids.lo.to_array());
+    let extent = centroids.extent();
     let (Some(&c), Some(&lo), Some(&width)) = (centre.get(axis), lo.get(axis), extent.get(axis))
     else {
         return 0;
@@ -312,20 +313,20 @@ fn bin_of(centres: &Aabb, axis: usize, triangle: &Aabb) -> usize {
 
 /// Moves the lower part to the front, keeping the order, and returns its length.
 fn partition(
-    builder: &Builder<'_, '_>,
-    centres: &Aabb,
-    split: &Split,
+    builder: &BvhBuilder<'_, '_>,
+    centroids: &Aabb,
+    split: &BinnedSplit,
     ids: &mut [u32],
     other: &mut [u32],
 ) -> usize {
-    let is_lower = |id: u32| bin_of(centres, split.axis, &builder.bounds_of(id)) < split.bin;
-    let mut place = 0;
+    let is_lower = |id: u32| bin_of(centroids, split.axis, &builder.bounds_of(id)) < split.bin;
+    let mut offset = 0;
     for lower in [true, false] {
         for &id in ids.iter().filter(|&&id| is_lower(id) == lower) {
-            if let Some(slot) = other.get_mut(place) {
+            if let Some(slot) = other.get_mut(offset) {
                 *slot = id;
             }
-            place += 1;
+            offset += 1;
         }
     }
     for (to, from) in ids.iter_mut().zip(other.iter()) {

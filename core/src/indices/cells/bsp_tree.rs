@@ -22,7 +22,7 @@ impl PlanePolicy for AxesInTurn {
     const LOOKS: u64 = 0;
 
     fn choose(_: &Group<'_>, _: &[u32], cell: &Cell, depth: u32, _: &CostModel) -> Option<Plane> {
-        let middle = cell.middle();
+        let middle = cell.midpoint();
         (0..3).find_map(|turn| {
             let axis = (depth as usize + turn) % 3;
             let (lo, hi) = (*cell.lo.get(axis)?, *cell.hi.get(axis)?);

@@ -125,10 +125,10 @@ impl Parts {
 
 /// A node that is about to be written.
 #[derive(Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct OpenNode {
     pub list: List,
     /// Where it begins, from the group's first word.
-    pub place: u32,
+    pub offset: u32,
     /// The chance that a ray through the group enters it.
     probability: f64,
 }
@@ -138,7 +138,7 @@ pub(super) struct Filing<'b, 'g, 's, 'w> {
     pub group: &'b Group<'g>,
     pub words: &'b mut Words<'w>,
     lists: &'b mut Lists<'s>,
-    root_surface: f64,
+    root_half_area: f64,
     estimate: Estimate,
     /// The word from which links count.
     start: usize,
@@ -156,12 +156,12 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         root: impl FnOnce(&mut Self, List) -> Result<u32, BuildError>,
     ) -> Result<f64, BuildError> {
         let start = words.len();
-        let link_place = words.push(0);
-        let root_surface = root_cell.surface_within(&group.bounds);
+        let link_offset = words.push(0);
+        let root_half_area = root_cell.half_area_within(&group.bounds);
         let estimate = Estimate::new(model);
-        let mut filing = Self { group, words, lists, root_surface, estimate, start };
+        let mut filing = Self { group, words, lists, root_half_area, estimate, start };
         let link = root(&mut filing, List { from: 0, to: group.ids.len() })?;
-        filing.words.set(link_place, link);
+        filing.words.set(link_offset, link);
         Ok(filing.estimate.total())
     }
 
@@ -171,25 +171,26 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
     }
 
     /// Begins the node of a cell.
-    pub fn begin(&mut self, list: List, cell: &Cell) -> Result<Node, BuildError> {
-        let place = self.words.len() - self.start;
-        if place.saturating_add(list.to - list.from) >= MOST_WORDS {
+    pub fn begin(&mut self, list: List, cell: &Cell) -> Result<OpenNode, BuildError> {
+        let offset = self.words.len() - self.start;
+        if offset.saturating_add(list.to - list.from) >= MOST_WORDS {
             return Err(BuildError::TooLarge);
         }
-        let surface = cell.surface_within(&self.group.bounds);
+        let half_area = cell.half_area_within(&self.group.bounds);
         // A group on a line has no surface; every ray that meets it meets all of it.
-        let probability = if self.root_surface > 0.0 { surface / self.root_surface } else { 1.0 };
+        let probability =
+            if self.root_half_area > 0.0 { half_area / self.root_half_area } else { 1.0 };
         self.estimate.add_node(probability);
-        Ok(Node { list, place: place as u32, probability })
+        Ok(OpenNode { list, offset: offset as u32, probability })
     }
 
     /// Makes the node a leaf, and returns the link to it.
-    pub fn leaf(&mut self, node: Node) -> u32 {
+    pub fn leaf(&mut self, node: OpenNode) -> u32 {
         let ids = self.lists.ids.get(node.list.from..node.list.to).unwrap_or(&[]);
         self.estimate.add_tests(node.probability, ids.len());
         self.words.push(ids.len() as u32);
         self.words.extend(ids);
-        node.place | LEAF
+        node.offset | LEAF
     }
 
     /// Notes in which parts each triangle lies, one bit a part. `None` if the node is not to be divided, since there
@@ -240,10 +241,10 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
     }
 }
 
-/// The leaf at `place`, if it is one that `Filing` may have written.
-pub(super) fn check_leaf(local: &Local<'_>, place: u32) -> Option<depth_first::Node> {
-    let references = local.word(place);
+/// The leaf at `offset`, if it is one that `Filing` may have written.
+pub(super) fn check_leaf(local: &Local<'_>, offset: u32) -> Option<depth_first::CheckedNode> {
+    let references = local.word(offset);
     let words = references.checked_add(1)?;
-    let sound = references != 0 && local.are_ids(place + 1, references);
-    sound.then_some(depth_first::Node::Leaf { words, references })
+    let sound = references != 0 && local.are_ids(offset + 1, references);
+    sound.then_some(depth_first::CheckedNode::Leaf { words, references })
 }

@@ -5,7 +5,7 @@
 //! J. D. MacDonald, K. S. Booth, *Heuristics for Ray Tracing Using Space Subdivision*, 1990.
 
 use super::plane_tree::{Plane, PlanePolicy, PlaneTree};
-use super::split_cost::{Axis, SPLIT_LOOKS, best_split};
+use super::split_cost::{CellAxis, SPLIT_LOOKS, best_split};
 use super::tree_cell::Cell;
 use crate::cost::Weights;
 use crate::input::CostModel;
@@ -30,7 +30,7 @@ impl PlanePolicy for LeastCostPlane {
     ) -> Option<Plane> {
         let mut best: Option<(f64, Plane)> = None;
         for axis in 0..3 {
-            if let Some(split) = best_split(&Axis { number: axis, cell, group, ids }, model)
+            if let Some(split) = best_split(&CellAxis { number: axis, cell, group, ids }, model)
                 && best.is_none_or(|(cost, _)| split.cost < cost)
             {
                 best = Some((split.cost, Plane { axis, at: split.plane }));

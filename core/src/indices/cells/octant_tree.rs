@@ -4,7 +4,7 @@
 //! words:  root: a link; then the nodes in depth-first order
 //! inner:  child mask | the planes, if stored | link to each present child, by octant
 //! leaf:   count      | id id id ...
-//! link:   place of the node, the highest bit set for a leaf
+//! link:   offset of the node, the highest bit set for a leaf
 //! ```
 //! Octant bit 0 is set for the upper half in x, bit 1 in y, bit 2 in z. An axis may be left undivided;
 //! its bit is then 0 in all children. The root cell is a cube at the lower corner of the group's box:
@@ -38,7 +38,7 @@ use super::tree_cell::Cell;
 use crate::cost::{best_level, search_steps};
 use crate::error::BuildError;
 use crate::geometry::{AxisCrossing, RaySpan, Span, Triangle, may_overlap};
-use crate::indices::depth_first::{Node, check_depth_first};
+use crate::indices::depth_first::{CheckedNode, check_depth_first};
 use crate::input::{CostModel, Level, MAX_LEVEL, Options};
 use crate::memory::Words;
 use crate::query::Query;
@@ -75,7 +75,7 @@ pub trait OctantPolicy: 'static {
     fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes;
 
     /// The planes of an inner node as `choose` gave them.
-    fn planes(local: &Local<'_>, place: u32, head: u32, cell: &Cell) -> Planes;
+    fn planes(local: &Local<'_>, offset: u32, head: u32, cell: &Cell) -> Planes;
 
     /// How many words the planes take in a node with this first word.
     fn stored(head: u32) -> u32 {
@@ -152,26 +152,26 @@ where
     }
 
     fn check(local: &Local<'_>) -> Option<Statistics> {
-        let place_of = |link| link & !LEAF;
+        let offset_of = |link| link & !LEAF;
         let root = local.word(0);
         let checked =
-            check_depth_first::<{ 8 * LEVELS }>(root, 1, place_of, |link, level, links| {
-                let place = place_of(link);
+            check_depth_first::<{ 8 * LEVELS }>(root, 1, offset_of, |link, level, links| {
+                let offset = offset_of(link);
                 if link & LEAF != 0 {
-                    return check_leaf(local, place);
+                    return check_leaf(local, offset);
                 }
-                let head = local.word(place);
+                let head = local.word(offset);
                 let (mask, axes) = (head & 0xff, head & !0xff);
-                let first_link = place.checked_add(1 + P::stored(head))?;
+                let first_link = offset.checked_add(1 + P::stored(head))?;
                 let end = first_link.checked_add(mask.count_ones())?;
                 let divided = axes & !P::AXES == 0 && (axes != 0 || P::AXES == 0);
                 let finite =
-                    (place + 1..first_link).all(|at| f32::from_bits(local.word(at)).is_finite());
+                    (offset + 1..first_link).all(|at| f32::from_bits(local.word(at)).is_finite());
                 if mask == 0 || !divided || !finite || level as usize >= LEVELS {
                     return None;
                 }
                 links.follow((first_link..end).map(|at| local.word(at)))?;
-                Some(Node::Inner { words: end - place })
+                Some(CheckedNode::Inner { words: end - offset })
             });
         let (statistics, end) = checked?;
         (end as usize == local.words.len()).then_some(statistics)
@@ -191,12 +191,12 @@ impl<P: OctantPolicy> OctantTree<P> {
         stack: &mut ArrayVec<Frame, LEVELS>,
     ) -> ControlFlow<()> {
         query.enter();
-        let place = link & !LEAF;
-        let head = local.word(place);
+        let offset = link & !LEAF;
+        let head = local.word(offset);
         if link & LEAF != 0 {
-            return local.test(place + 1, head, query);
+            return local.test(offset + 1, head, query);
         }
-        let planes = P::planes(local, place, head, &cell);
+        let planes = P::planes(local, offset, head, &cell);
         let crossing = |axis: usize| match planes[axis] {
             Some(plane) => ray.crossing(axis, plane),
             // Both halves are the whole.
@@ -206,7 +206,7 @@ impl<P: OctantPolicy> OctantTree<P> {
         let frame = Frame {
             cell,
             planes,
-            links: place + 1 + P::stored(head),
+            links: offset + 1 + P::stored(head),
             mask: head & 0xff,
             pending: flipped(head & 0xff, ray.sign_mask()) & reachable(&crossings, span),
             span,
@@ -342,13 +342,13 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
             self.filing.words.push(0);
         }
         let present = (0..8).filter(|octant| mask >> octant & 1 == 1);
-        for (link_place, octant) in (links..).zip(present) {
+        for (link_offset, octant) in (links..).zip(present) {
             let part = self.filing.gather(list, octant);
             let child = cell.child(&planes, octant);
             let link = self.node(part, child, level + 1, parts.share(part))?;
-            self.filing.words.set(link_place, link);
+            self.filing.words.set(link_offset, link);
         }
-        Ok(node.place)
+        Ok(node.offset)
     }
 }
 

@@ -22,7 +22,7 @@ impl OctantPolicy for Halving {
     const LOOKS: u64 = 0;
 
     fn choose(_: &Group<'_>, _: &[u32], cell: &Cell, _: &CostModel) -> Planes {
-        let middle = cell.middle();
+        let middle = cell.midpoint();
         let divisible =
             (0..3).all(|axis| cell.lo[axis] < middle[axis] && middle[axis] < cell.hi[axis]);
         if divisible { middle.map(Some) } else { [None; 3] }
@@ -30,7 +30,7 @@ impl OctantPolicy for Halving {
 
     #[inline]
     fn planes(_: &Local<'_>, _: u32, _: u32, cell: &Cell) -> Planes {
-        cell.middle().map(Some)
+        cell.midpoint().map(Some)
     }
 }
 

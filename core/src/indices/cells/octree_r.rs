@@ -1,7 +1,7 @@
 //! The octree-R: cells divided into up to eight where the estimated tests are fewest.
 //!
 //! On each axis by itself the plane is placed where the surface of either half times the triangles
-//! in it is least, out of 31 places; an axis where no place is better than none is not divided, which
+//! in it is least, out of 31 places; an axis where no offset is better than none is not divided, which
 //! is what flat scenes need.
 //!
 //! # Source
@@ -9,7 +9,7 @@
 //! axis may stay undivided; places are a fixed number of bins.
 
 use super::octant_tree::{OctantPolicy, OctantTree, Planes};
-use super::split_cost::{Axis, SPLIT_LOOKS, best_split};
+use super::split_cost::{CellAxis, SPLIT_LOOKS, best_split};
 use super::tree_cell::Cell;
 use crate::cost::Weights;
 use crate::input::CostModel;
@@ -28,15 +28,15 @@ impl OctantPolicy for LeastCostOctants {
     fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes {
         let mut planes = [None; 3];
         for (axis, plane) in planes.iter_mut().enumerate() {
-            let axis = Axis { number: axis, cell, group, ids };
+            let axis = CellAxis { number: axis, cell, group, ids };
             *plane = best_split(&axis, model).map(|split| f64::from(split.plane));
         }
         planes
     }
 
     #[inline]
-    fn planes(local: &Local<'_>, place: u32, head: u32, _: &Cell) -> Planes {
-        let mut next = place + 1;
+    fn planes(local: &Local<'_>, offset: u32, head: u32, _: &Cell) -> Planes {
+        let mut next = offset + 1;
         let mut planes = [None; 3];
         for (axis, plane) in planes.iter_mut().enumerate() {
             if head >> (axis + 8) & 1 == 1 {

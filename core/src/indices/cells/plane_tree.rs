@@ -4,7 +4,7 @@
 //! words:  root: a link; then the nodes in depth-first order
 //! inner:  axis | plane (f32 bits) | link to the lower half | link to the upper half
 //! leaf:   count | id id id ...
-//! link:   place of the node, the highest bit set for a leaf; 0 for a half without triangles
+//! link:   offset of the node, the highest bit set for a leaf; 0 for a half without triangles
 //! ```
 //! The root cell is the group's box. Filing and its invariant are those of `octants`, on one axis at a
 //! time: a triangle that only touches the plane is filed on its own side, one that lies in the plane in
@@ -22,7 +22,7 @@ use super::tree_cell::Cell;
 use crate::cost::{best_level, search_steps};
 use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
-use crate::indices::depth_first::{Node, check_depth_first};
+use crate::indices::depth_first::{CheckedNode, check_depth_first};
 use crate::indices::ordered_traversal::walk_near_first;
 use crate::input::{CostModel, Level, MAX_LEVEL, Options};
 use crate::memory::Words;
@@ -141,13 +141,13 @@ where
             return ControlFlow::Continue(());
         }
         walk_near_first::<DEPTH, _, _>((root, span), query, |link, span, query, waiting| {
-            let place = link & !LEAF;
+            let offset = link & !LEAF;
             if link & LEAF != 0 {
-                return local.test(place + 1, local.word(place), query);
+                return local.test(offset + 1, local.word(offset), query);
             }
-            let axis = local.word(place) as usize;
-            let plane = f64::from(f32::from_bits(local.word(place + 1)));
-            let (lower, upper) = (local.word(place + 2), local.word(place + 3));
+            let axis = local.word(offset) as usize;
+            let plane = f64::from(f32::from_bits(local.word(offset + 1)));
+            let (lower, upper) = (local.word(offset + 2), local.word(offset + 3));
             let downwards = ray.sign_mask() >> axis & 1 == 1;
             let (near, far) = if downwards { (upper, lower) } else { (lower, upper) };
             let crossing = ray.crossing(axis, plane);
@@ -165,24 +165,24 @@ where
     }
 
     fn check(local: &Local<'_>) -> Option<Statistics> {
-        let place_of = |link| link & !LEAF;
+        let offset_of = |link| link & !LEAF;
         let root = local.word(0);
         if root == EMPTY {
             return (local.words.len() == 1).then_some(Statistics::default());
         }
         let checked =
-            check_depth_first::<{ MAX_DEPTH + 2 }>(root, 1, place_of, |link, depth, links| {
-                let place = place_of(link);
+            check_depth_first::<{ MAX_DEPTH + 2 }>(root, 1, offset_of, |link, depth, links| {
+                let offset = offset_of(link);
                 if link & LEAF != 0 {
-                    return check_leaf(local, place);
+                    return check_leaf(local, offset);
                 }
-                let plane = f32::from_bits(local.word(place + 1));
-                if local.word(place) > 2 || !plane.is_finite() || depth as usize >= MAX_DEPTH {
+                let plane = f32::from_bits(local.word(offset + 1));
+                if local.word(offset) > 2 || !plane.is_finite() || depth as usize >= MAX_DEPTH {
                     return None;
                 }
-                let children = [local.word(place + 2), local.word(place + 3)];
+                let children = [local.word(offset + 2), local.word(offset + 3)];
                 links.follow(children.into_iter().filter(|&link| link != EMPTY))?;
-                Some(Node::Inner { words: INNER_WORDS })
+                Some(CheckedNode::Inner { words: INNER_WORDS })
             });
         let (statistics, end) = checked?;
         let deepest_level = statistics.deepest_level.div_ceil(DIVISIONS_PER_LEVEL);
@@ -236,12 +236,13 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
         self.filing.words.push(plane.at.to_bits());
         let links = self.filing.words.push(EMPTY);
         self.filing.words.push(EMPTY);
-        for (side, half, link_place) in [(LOWER, halves[0], links), (UPPER, halves[1], links + 1)] {
+        for (side, half, link_offset) in [(LOWER, halves[0], links), (UPPER, halves[1], links + 1)]
+        {
             let part = self.filing.gather(list, side);
             let link = self.node(part, half, depth + 1, parts.share(part))?;
-            self.filing.words.set(link_place, link);
+            self.filing.words.set(link_offset, link);
         }
-        Ok(node.place)
+        Ok(node.offset)
     }
 }
 

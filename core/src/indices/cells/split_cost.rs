@@ -15,7 +15,7 @@ const BINS: usize = 32;
 pub(super) const SPLIT_LOOKS: u64 = 2;
 
 /// An axis of a cell with the triangles filed there.
-pub(super) struct Axis<'a> {
+pub(super) struct CellAxis<'a> {
     pub number: usize,
     pub cell: &'a Cell,
     pub group: &'a Group<'a>,
@@ -24,14 +24,14 @@ pub(super) struct Axis<'a> {
 
 /// A plane and what a ray through the cell is expected to cost with it.
 #[derive(Clone, Copy)]
-pub(super) struct Split {
+pub(super) struct SplitPlane {
     pub plane: f32,
     pub cost: f64,
 }
 
 /// The best place for a plane strictly inside the cell, if it is better than none.
-pub(super) fn best_split(axis: &Axis<'_>, model: &CostModel) -> Option<Split> {
-    let Axis { number, cell, group, ids } = *axis;
+pub(super) fn best_split(axis: &CellAxis<'_>, model: &CostModel) -> Option<SplitPlane> {
+    let CellAxis { number, cell, group, ids } = *axis;
     let (cell_lo, cell_hi) = (*cell.lo.get(number)?, *cell.hi.get(number)?);
     let extents = || {
         ids.iter().filter_map(|&id| group.triangles.get(id)).map(|triangle| {
@@ -71,12 +71,12 @@ pub(super) fn best_split(axis: &Axis<'_>, model: &CostModel) -> Option<Split> {
     }
 
     // 3. Sweep: below a plane lie those that began before it, above it those that end after it.
-    let whole = cell.surface_within(&group.bounds);
+    let whole = cell.half_area_within(&group.bounds);
     if whole <= 0.0 {
         return None;
     }
     let undivided = model.intersection * ids.len() as f64;
-    let mut best = Split { plane: 0.0, cost: undivided };
+    let mut best = SplitPlane { plane: 0.0, cost: undivided };
     let mut found = false;
     let (mut below, mut above) = (0, ids.len() as u32);
     for bin in 0..=BINS {
@@ -91,11 +91,12 @@ pub(super) fn best_split(axis: &Axis<'_>, model: &CostModel) -> Option<Split> {
         if !(cell_lo < exact && exact < cell_hi) {
             continue;
         }
-        let [low, high] = cell.halves(number, exact).map(|part| part.surface_within(&group.bounds));
+        let [low, high] =
+            cell.halves(number, exact).map(|part| part.half_area_within(&group.bounds));
         let tests = low * f64::from(below) + high * f64::from(above);
         let cost = model.traversal + model.intersection * tests / whole;
         if cost < best.cost {
-            best = Split { plane, cost };
+            best = SplitPlane { plane, cost };
             found = true;
         }
     }

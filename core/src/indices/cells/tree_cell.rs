@@ -1,6 +1,6 @@
 //! The cells that trees divide: closed boxes in `f64`, so that a plane between two `f32` has a place.
 
-use crate::cost::surface;
+use crate::cost::half_area;
 use crate::geometry::Aabb;
 
 /// A closed cell.
@@ -24,7 +24,7 @@ impl Cell {
         Self { lo, hi: [upper(0), upper(1), upper(2)] }
     }
 
-    pub fn middle(&self) -> [f64; 3] {
+    pub fn midpoint(&self) -> [f64; 3] {
         let middle = |axis: usize| (self.lo[axis] + self.hi[axis]) * 0.5;
         [middle(0), middle(1), middle(2)]
     }
@@ -58,7 +58,7 @@ impl Cell {
     }
 
     /// Half the surface of the part inside `bounds`.
-    pub fn surface_within(&self, bounds: &Aabb) -> f64 {
+    pub fn half_area_within(&self, bounds: &Aabb) -> f64 {
         let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
         let side = |axis: usize| {
             let (lo, hi) = (f64::from(lo[axis]), f64::from(hi[axis]));
@@ -66,6 +66,6 @@ impl Cell {
             let hi = if self.hi[axis] < hi { self.hi[axis] } else { hi };
             if hi > lo { hi - lo } else { 0.0 }
         };
-        surface([side(0), side(1), side(2)])
+        half_area([side(0), side(1), side(2)])
     }
 }

@@ -15,9 +15,9 @@ mod walk;
 use core::ops::ControlFlow;
 
 use resolution::{bounded, cells_asked_for, cells_at_most, cheapest_cells};
-use walk::{Axis, walk};
+use walk::{GridAxis, walk};
 
-use crate::cost::{Tried, Weights, ray_count};
+use crate::cost::{ProbeRay, Weights, ray_count};
 use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
 use crate::input::{CostModel, MOST_CELLS_ON_AXIS, Options, Resolution};
@@ -46,13 +46,13 @@ fn triangles_of<'a>(group: &Group<'a>) -> impl Iterator<Item = (u32, Triangle)> 
 
 struct Grid<'g> {
     group: &'g Group<'g>,
-    axes: [Axis; 3],
+    axes: [GridAxis; 3],
     cells: [u32; 3],
 }
 
 impl<'g> Grid<'g> {
     fn new(group: &'g Group<'g>, cells: [u32; 3]) -> Self {
-        Self { group, axes: Axis::all(&group.bounds, cells), cells }
+        Self { group, axes: GridAxis::all(&group.bounds, cells), cells }
     }
 
     /// Finds the first and the last cell on each axis that the box of a triangle reaches into.
@@ -127,9 +127,9 @@ impl<'g> Grid<'g> {
         let ids = words.reserve(sum as usize);
         for (id, triangle) in triangles_of(self.group) {
             self.for_each_cell(&triangle, |cell| {
-                if let Some(place) = next.get_mut(cell) {
-                    words.set(ids + *place as usize, id);
-                    *place += 1;
+                if let Some(offset) = next.get_mut(cell) {
+                    words.set(ids + *offset as usize, id);
+                    *offset += 1;
                 }
             });
         }
@@ -141,7 +141,7 @@ impl<'g> Grid<'g> {
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     let cells = size_of_slice::<u32>(cells_at_most(triangle_count, options));
     let rays = match options.resolution {
-        Resolution::Automatic => size_of_slice::<Tried>(ray_count(triangle_count)),
+        Resolution::Automatic => size_of_slice::<ProbeRay>(ray_count(triangle_count)),
         _ => 0,
     };
     cells.saturating_add(rays)
@@ -181,7 +181,7 @@ impl LocalIndex for UniformGrid {
         let grid = if let Some(cells) = asked_for {
             bounded(group, cells)
         } else {
-            let rays = arena.take::<Tried>(ray_count(group.ids.len())).ok_or(full)?;
+            let rays = arena.take::<ProbeRay>(ray_count(group.ids.len())).ok_or(full)?;
             let cells = cheapest_cells(group, &options.cost_model(), room, rays, words)?;
             Grid::new(group, cells)
         };
@@ -197,7 +197,7 @@ impl LocalIndex for UniformGrid {
     ) -> ControlFlow<()> {
         let cells = [local.word(0), local.word(1), local.word(2)];
         let ids = HEAD.wrapping_add(cell_count(cells) as u32).wrapping_add(1);
-        walk(&Axis::all(&local.bounds, cells), ray, span, query, |query, cell| {
+        walk(&GridAxis::all(&local.bounds, cells), ray, span, query, |query, cell| {
             let first = local.word(HEAD.wrapping_add(cell));
             let end = local.word(HEAD.wrapping_add(cell).wrapping_add(1));
             local.test(ids.wrapping_add(first), end.wrapping_sub(first), query)

@@ -10,7 +10,7 @@ use core::ops::ControlFlow;
 
 use super::walk::walk;
 use super::{Grid, MOST_CELLS_ON_AXIS, UniformGrid, cell_count, triangles_of};
-use crate::cost::{Trial, Tried, search_steps};
+use crate::cost::{Probe, ProbeRay, search_steps};
 use crate::error::BuildError;
 use crate::geometry::Aabb;
 use crate::input::{CostModel, Options, Resolution};
@@ -132,7 +132,7 @@ pub(super) fn cheapest_cells(
     group: &Group<'_>,
     model: &CostModel,
     room: &mut [u32],
-    rays: &mut [Tried],
+    rays: &mut [ProbeRay],
     words: &mut Words<'_>,
 ) -> Result<[u32; 3], BuildError> {
     // The search counts its steps apart, and ends where its budget does.
@@ -146,10 +146,10 @@ fn search(
     group: &Group<'_>,
     model: &CostModel,
     room: &mut [u32],
-    rays: &mut [Tried],
+    rays: &mut [ProbeRay],
     budget: &mut Words<'_>,
 ) -> [u32; 3] {
-    let trial = try_rays(group, room, rays, budget);
+    let probe = try_rays(group, room, rays, budget);
     let mut best = (f64::INFINITY, [1; 3]);
     let mut last = [0; 3];
     let mut density = LEAST_DENSITY;
@@ -171,7 +171,7 @@ fn search(
             break;
         }
         grid.count(counts);
-        let cost = trial.cost(model, |ray, span, query| {
+        let cost = probe.cost(model, |ray, span, query| {
             // The query only counts: it never ends the walk.
             let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
                 walk(&grid.axes, ray, span, query, |query, cell| {
@@ -192,9 +192,9 @@ fn search(
 fn try_rays<'r>(
     group: &Group<'_>,
     room: &mut [u32],
-    rays: &'r mut [Tried],
+    rays: &'r mut [ProbeRay],
     budget: &mut Words<'_>,
-) -> Trial<'r> {
+) -> Probe<'r> {
     let (mut words, mut spent): (&[u32], u64) = (&[], 0);
     let mut density = 1.0;
     loop {
@@ -222,16 +222,16 @@ fn try_rays<'r>(
     let local = Local { triangles: group.triangles, bounds: group.bounds, words };
     let triangles = triangles_of(group).map(|(_, triangle)| triangle);
     let most_tests = budget.steps_left() / TRIES;
-    let trial =
-        Trial::new(triangles, &group.bounds, group.rays, rays, most_tests, |ray, span, query| {
+    let probe =
+        Probe::new(triangles, &group.bounds, group.rays, rays, most_tests, |ray, span, query| {
             // The closest hit never ends the walk.
             let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
                 UniformGrid::traverse(&local, ray, span, query);
         });
     // Not refused: filing twice takes at most a quarter, the tests of all rays but the last an eighth. Cells entered
     // come on top; if they use the budget up, the search that follows tries no density.
-    let _ = budget.spend(spent.saturating_add(trial.steps()));
-    trial
+    let _ = budget.spend(spent.saturating_add(probe.steps()));
+    probe
 }
 
 /// Divisor of the budget: filing the grid once, and again testing triangles, may take an eighth each to find out where

@@ -14,7 +14,7 @@ use crate::query::Query;
 
 /// The planes across one axis.
 #[derive(Clone, Copy)]
-pub(super) struct Axis {
+pub(super) struct GridAxis {
     number: usize,
     lo: f64,
     hi: f64,
@@ -22,7 +22,7 @@ pub(super) struct Axis {
     pub cells: u32,
 }
 
-impl Axis {
+impl GridAxis {
     pub fn all(bounds: &Aabb, cells: [u32; 3]) -> [Self; 3] {
         let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
         let axis = |number: usize| {
@@ -65,7 +65,7 @@ impl Axis {
 /// Enters the cells that the ray may touch in the span, front to back, and visits each.
 #[inline]
 pub(super) fn walk<Q: Query>(
-    axes: &[Axis; 3],
+    axes: &[GridAxis; 3],
     ray: &RaySpan,
     span: Span,
     query: &mut Q,
@@ -130,7 +130,7 @@ pub(super) fn walk<Q: Query>(
 /// The way of a ray along one axis: steps count cells in the direction of the ray.
 #[derive(Clone, Copy)]
 struct Track<'r> {
-    axis: Axis,
+    axis: GridAxis,
     ray: &'r RaySpan,
     downwards: bool,
     speed: f64,
@@ -139,7 +139,7 @@ struct Track<'r> {
 
 impl<'r> Track<'r> {
     /// Begins in the first cell that the ray may touch at `from`.
-    fn new(axis: Axis, ray: &'r RaySpan, from: f64) -> Self {
+    fn new(axis: GridAxis, ray: &'r RaySpan, from: f64) -> Self {
         let downwards = ray.sign_mask() >> axis.number & 1 == 1;
         let (origin, speed) = ray.along(axis.number);
         let cell = axis.cell_of(origin + speed * from);

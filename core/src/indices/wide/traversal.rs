@@ -7,7 +7,7 @@ use arrayvec::ArrayVec;
 
 use super::build::MAX_DEPTH;
 use super::rows::LEAF;
-use super::simd::{LaneRay, Lanes, Way, key};
+use super::simd::{LaneRay, Lanes, PreparedRay, key};
 use super::tree::{InLanes, Step, Tree, last_t};
 use crate::geometry::{Aabb, Ray, RaySpan};
 use crate::query::Query;
@@ -15,10 +15,10 @@ use crate::query::Query;
 #[inline(always)]
 pub(crate) fn traverse<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q) {
     let may_hit = || !is_along_flat(tree, query.ray());
-    let ray = match Way::of(query.ray(), tree.largest(), may_hit) {
-        Way::Lanes(ray) => ray,
-        Way::F64 => return walk_in_f64(tree, query),
-        Way::Missed => return,
+    let ray = match PreparedRay::of(query.ray(), tree.largest(), may_hit) {
+        PreparedRay::Lanes(ray) => ray,
+        PreparedRay::F64 => return walk_in_f64(tree, query),
+        PreparedRay::Missed => return,
     };
     let mut walk = Walk::<L>::new(ray, tree.root());
     while walk.step(tree, query).is_continue() {}
@@ -45,31 +45,31 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
     mut finish: impl FnMut(usize, &Q),
 ) {
     let (root, largest) = (tree.root(), tree.largest());
-    let mut places = 0..count;
+    let mut indices = 0..count;
     let walking = Cell::new(IN_TURN);
     // Takes the next ray that lanes can take; the others are answered at once.
     let mut next = |turn: &mut Turn<L, Q>, finish: &mut dyn FnMut(usize, &Q)| {
-        for place in places.by_ref() {
-            turn.place = place;
-            turn.query = start(place);
+        for index in indices.by_ref() {
+            turn.index = index;
+            turn.query = start(index);
             let Some(query) = &mut turn.query else { break };
             let may_hit = || !is_along_flat(tree, query.ray());
-            match Way::of(query.ray(), largest, may_hit) {
-                Way::Lanes(ray) => {
+            match PreparedRay::of(query.ray(), largest, may_hit) {
+                PreparedRay::Lanes(ray) => {
                     turn.walk.begin(ray, root);
                     return;
                 }
-                Way::F64 => walk_in_f64(tree, query),
-                Way::Missed => {}
+                PreparedRay::F64 => walk_in_f64(tree, query),
+                PreparedRay::Missed => {}
             }
-            finish(place, query);
+            finish(index, query);
         }
         turn.query = None;
         walking.set(walking.get() - 1);
     };
     // As constants: made by a function each is copied, room for its stack and all.
     let mut turns: [Turn<L, Q>; IN_TURN] =
-        [const { Turn { walk: Walk::IDLE, query: None, place: 0 } }; IN_TURN];
+        [const { Turn { walk: Walk::IDLE, query: None, index: 0 } }; IN_TURN];
     for turn in &mut turns {
         next(turn, &mut finish);
     }
@@ -79,7 +79,7 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
             if turn.walk.step(tree, query).is_continue() {
                 tree.prefetch(turn.walk.next.link);
             } else {
-                finish(turn.place, query);
+                finish(turn.index, query);
                 next(turn, &mut finish);
             }
         }
@@ -90,7 +90,7 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
 struct Turn<L: Lanes, Q> {
     walk: Walk<L>,
     query: Option<Q>,
-    place: usize,
+    index: usize,
 }
 
 /// The walk of one ray: the nearest child first. What is left of a node waits as one entry: its link, and

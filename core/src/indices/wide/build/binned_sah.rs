@@ -1,14 +1,14 @@
 //! Where some triangles are divided in two: by the plane of the least estimated cost.
 //!
 //! ```text
-//! items, or a sample -> bins along each axis -> planes between them -> the cheapest -> items below and above
+//! primitives, or a sample -> bins along each axis -> planes between them -> the cheapest -> primitives below and above
 //! ```
 
 use core::cell::Cell;
 
 use glam::{Mat4, Vec4};
 
-use super::primitive::{Item, Part};
+use super::primitive::{Primitive, PrimitiveBounds};
 use crate::geometry::Box4;
 use crate::indices::wide::rows::LANES;
 
@@ -18,60 +18,66 @@ const BINS: usize = 16;
 const BINS_OF_FEW: usize = 8;
 const FEW: usize = 48;
 
-/// Of so many items and more, every third is binned, or every fifth: it takes a tenth to a sixth less time, and a ray
+/// Of so many primitives and more, every third is binned, or every fifth: it takes a tenth to a sixth less time, and a ray
 /// enters 2% fewer to 1.5% more nodes. Odd, because scenes are made of pairs and dozens.
 ///
 /// What lost: up to every fifteenth, which was hardly faster, and in a city with a large floor cost 4% more nodes;
-/// doing that over with all items where the sides turn out costlier than the sample had it, which in that city took
-/// all that was gained; cells of neighbours along a Morton curve as the items of the upper levels, which was no faster
+/// doing that over with all primitives where the sides turn out costlier than the sample had it, which in that city took
+/// all that was gained; cells of neighbours along a Morton curve as the primitives of the upper levels, which was no faster
 /// than this, with 1 to 5% more nodes and half as much scratch again.
 const EVERY_THIRD: usize = 256;
 const EVERY_FIFTH: usize = 1024;
 
-/// Divides more than eight items in two by the least estimated cost, and returns the length of the
+/// Divides more than eight primitives in two by the least estimated cost, and returns the length of the
 /// first part and what both are; in equal parts where no plane tells them apart.
-pub(crate) fn halve(items: &mut [Item], part: &Part) -> (usize, [Part; 2]) {
-    if items.len() < FEW {
-        halve_by::<BINS_OF_FEW>(items, part)
+pub(crate) fn split_by_sah(
+    primitives: &mut [Primitive],
+    part: &PrimitiveBounds,
+) -> (usize, [PrimitiveBounds; 2]) {
+    if primitives.len() < FEW {
+        split_by_bins::<BINS_OF_FEW>(primitives, part)
     } else {
-        halve_by::<BINS>(items, part)
+        split_by_bins::<BINS>(primitives, part)
     }
 }
 
-fn halve_by<const N: usize>(items: &mut [Item], part: &Part) -> (usize, [Part; 2]) {
+fn split_by_bins<const N: usize>(
+    primitives: &mut [Primitive],
+    part: &PrimitiveBounds,
+) -> (usize, [PrimitiveBounds; 2]) {
     let bins = Bins::new(part, N);
-    match Binned::<N>::new(items, &bins).best_plane() {
-        Some(plane) => sort_by_plane(items, &bins, &plane),
-        None => in_equal_parts(items),
+    match Binned::<N>::new(primitives, &bins).best_plane() {
+        Some(plane) => sort_by_plane(primitives, &bins, &plane),
+        None => split_equally(primitives),
     }
 }
 
 #[cold]
 #[inline(never)]
-pub(crate) fn in_equal_parts(items: &[Item]) -> (usize, [Part; 2]) {
-    let half = items.len() / 2;
-    let (left, right) = items.split_at_checked(half).unwrap_or_default();
-    (half, [left, right].map(Part::around))
+pub(crate) fn split_equally(primitives: &[Primitive]) -> (usize, [PrimitiveBounds; 2]) {
+    let half = primitives.len() / 2;
+    let (left, right) = primitives.split_at_checked(half).unwrap_or_default();
+    (half, [left, right].map(PrimitiveBounds::around))
 }
 
 /// Tests of so many triangles. In the numbers that vectors have.
-pub(crate) fn tests(count: i32) -> f32 {
+pub(crate) fn leaf_tests(count: i32) -> f32 {
     (((count - 1) >> LANES.ilog2()) + 1) as f32
 }
 
-/// How the middles of a part are binned along each axis.
+/// How the centroids of a part are binned along each axis.
 struct Bins {
     from: Vec4,
     scale: Vec4,
 }
 
 impl Bins {
-    fn new(part: &Part, count: usize) -> Self {
-        let Box4 { lo, hi } = part.middles;
+    fn new(part: &PrimitiveBounds, count: usize) -> Self {
+        let Box4 { lo, hi } = part.centroids;
         // So that the largest middle is in the last bin, not beyond it, and one where a bin begins in that bin.
         let count = count as f32;
         let scale = Vec4::splat(count - BIN_ERROR * (1.0 + 0.5 / count)) / (hi - lo);
-        // Where the middles do not differ, or too little or too much for a number, all are in the first bin.
+        // Where the centroids do not differ, or too little or too much for a number, all are in the first bin.
         let usable = scale.cmpgt(Vec4::ZERO) & scale.cmplt(Vec4::INFINITY);
         let or_zero = |numbers| Vec4::select(usable, numbers, Vec4::ZERO);
         Self { from: or_zero(lo), scale: or_zero(scale) }
@@ -79,15 +85,16 @@ impl Bins {
 
     /// The bin along each axis; the next where it is that by rounding.
     #[inline(always)]
-    fn of(&self, item: &Item) -> [usize; 3] {
+    fn of(&self, primitive: &Primitive) -> [usize; 3] {
         // A cast, which saturates, would be many more instructions.
-        let places = (item.middle() - self.from) * self.scale + Vec4::splat(INTEGERS);
-        let [x, y, z, _] = places.to_array();
-        [x, y, z].map(|place| place.to_bits() as usize >> FRACTION_BITS)
+        let positions =
+            (primitive.doubled_centroid() - self.from) * self.scale + Vec4::splat(INTEGERS);
+        let [x, y, z, _] = positions.to_array();
+        [x, y, z].map(|position| position.to_bits() as usize >> FRACTION_BITS)
     }
 
     /// Where a plane lies along its axis: as far below the bin as a middle may be and still be rounded into it.
-    fn place(&self, plane: &Plane) -> f32 {
+    fn coordinate_of(&self, plane: &BinPlane) -> f32 {
         let axis = plane.axis % 3;
         self.from.to_array()[axis] + (plane.bin as f32 - BIN_ERROR) / self.scale.to_array()[axis]
     }
@@ -112,7 +119,7 @@ struct Binned<const N: usize> {
 }
 
 /// A plane across an axis.
-struct Plane {
+struct BinPlane {
     axis: usize,
     /// The first bin above it.
     bin: usize,
@@ -121,19 +128,19 @@ struct Plane {
 }
 
 impl<const N: usize> Binned<N> {
-    fn new(items: &[Item], bins: &Bins) -> Self {
+    fn new(primitives: &[Primitive], bins: &Bins) -> Self {
         let Box4 { lo, hi } = Box4::EMPTY;
         let mut binned = Self { lo: [[lo; N]; 3], hi: [[hi; N]; 3], counts: [[0; 4]; N] };
-        if items.len() >= EVERY_THIRD {
-            let stride = if items.len() >= EVERY_FIFTH { 5_u8 } else { 3 };
-            for item in items.iter().step_by(stride.into()) {
-                binned.add(item, stride.into(), bins);
+        if primitives.len() >= EVERY_THIRD {
+            let stride = if primitives.len() >= EVERY_FIFTH { 5_u8 } else { 3 };
+            for primitive in primitives.iter().step_by(stride.into()) {
+                binned.add(primitive, stride.into(), bins);
             }
             return binned;
         }
         // Neighbours fall into the same bin, and would wait for each other: one after the other took up to a
         // tenth longer.
-        let (left, right) = items.split_at_checked(items.len() / 2).unwrap_or_default();
+        let (left, right) = primitives.split_at_checked(primitives.len() / 2).unwrap_or_default();
         for (left, right) in left.iter().zip(right) {
             binned.add(left, 1, bins);
             binned.add(right, 1, bins);
@@ -146,20 +153,20 @@ impl<const N: usize> Binned<N> {
         binned
     }
 
-    /// Adds an item that stands for some.
+    /// Adds an primitive that stands for some.
     #[inline(always)]
-    fn add(&mut self, item: &Item, count: i32, bins: &Bins) {
-        for (axis, bin) in bins.of(item).into_iter().enumerate() {
+    fn add(&mut self, primitive: &Primitive, count: i32, bins: &Bins) {
+        for (axis, bin) in bins.of(primitive).into_iter().enumerate() {
             self.counts[bin % N][axis] += count;
             let (lo, hi) = (&mut self.lo[axis][bin % N], &mut self.hi[axis][bin % N]);
-            let bounds = item.bounds();
+            let bounds = primitive.bounds();
             (*lo, *hi) = (lo.min(bounds.lo), hi.max(bounds.hi));
         }
     }
 
     /// The plane of the least estimated cost; of equals, the first axis, the highest bin. `None` where no
-    /// plane tells the items apart, or its cost overflows.
-    fn best_plane(&self) -> Option<Plane> {
+    /// plane tells the primitives apart, or its cost overflows.
+    fn best_plane(&self) -> Option<BinPlane> {
         // All axes at once. Where one side is empty, its cost is not a number, and never less.
         let mut below = [Vec4::ZERO; N];
         let mut side = Sides::EMPTY;
@@ -185,8 +192,11 @@ impl<const N: usize> Binned<N> {
         for (axis, least) in least.to_array().into_iter().enumerate().take(3) {
             if least < least_of_all {
                 least_of_all = least;
-                best =
-                    Some(Plane { axis, bin: bins[axis] as usize, above_first: steps[axis] < 0.0 });
+                best = Some(BinPlane {
+                    axis,
+                    bin: bins[axis] as usize,
+                    above_first: steps[axis] < 0.0,
+                });
             }
         }
         best
@@ -216,42 +226,47 @@ impl Sides {
     fn costs(&self) -> Vec4 {
         let [a, b, c] = self.boxes.map(|part| part.hi - part.lo);
         let Mat4 { x_axis: x, y_axis: y, z_axis: z, .. } = Mat4::from_cols(a, b, c, c).transpose();
-        (x * y + y * z + z * x) * Vec4::from_array(self.counts.map(tests))
+        (x * y + y * z + z * x) * Vec4::from_array(self.counts.map(leaf_tests))
     }
 }
 
-/// Sorts items to the sides of a plane, the cheaper to the front, and returns how many are there and what both are.
+/// Sorts primitives to the sides of a plane, the cheaper to the front, and returns how many are there and what both are.
 ///
-/// Without a branch that depends on an item, as half of those would be mispredicted: the build takes a tenth less
-/// time. Finding the sides of 32 items from either end and then changing only those that stand wrong took as long,
+/// Without a branch that depends on an primitive, as half of those would be mispredicted: the build takes a tenth less
+/// time. Finding the sides of 32 primitives from either end and then changing only those that stand wrong took as long,
 /// and so did a stable order by way of spare memory.
-fn sort_by_plane(items: &mut [Item], bins: &Bins, plane: &Plane) -> (usize, [Part; 2]) {
+fn sort_by_plane(
+    primitives: &mut [Primitive],
+    bins: &Bins,
+    plane: &BinPlane,
+) -> (usize, [PrimitiveBounds; 2]) {
     let axis = plane.axis % 3;
-    let mut place = [f32::INFINITY; 4];
-    place[axis] = bins.place(plane);
-    let place = Vec4::from_array(place);
+    let mut plane_at = [f32::INFINITY; 4];
+    plane_at[axis] = bins.coordinate_of(plane);
+    let plane_at = Vec4::from_array(plane_at);
     let front_is = if plane.above_first { 1 << axis } else { 0 };
-    // Corner by corner: an item read as one where it was just written as two is waited for.
-    let corners = Cell::from_mut(bytemuck::cast_slice_mut::<Item, Vec4>(items)).as_slice_of_cells();
+    // Corner by corner: an primitive read as one where it was just written as two is waited for.
+    let corners =
+        Cell::from_mut(bytemuck::cast_slice_mut::<Primitive, Vec4>(primitives)).as_slice_of_cells();
     let (cells, _) = corners.as_chunks::<2>();
     let mut front = 0;
     for [lo, hi] in cells {
-        let item: Item = bytemuck::must_cast([lo.get(), hi.get()]);
-        let is_front = item.middle().cmpge(place).bitmask() == front_is;
+        let primitive: Primitive = bytemuck::must_cast([lo.get(), hi.get()]);
+        let is_front = primitive.doubled_centroid().cmpge(plane_at).bitmask() == front_is;
         if let Some([first_lo, first_hi]) = cells.get(front) {
             lo.set(first_lo.get());
             hi.set(first_hi.get());
-            let [item_lo, item_hi] = bytemuck::must_cast(item);
-            first_lo.set(item_lo);
-            first_hi.set(item_hi);
+            let [primitive_lo, primitive_hi] = bytemuck::must_cast(primitive);
+            first_lo.set(primitive_lo);
+            first_hi.set(primitive_hi);
         }
         front += usize::from(is_front);
     }
-    match items.split_at_checked(front) {
+    match primitives.split_at_checked(front) {
         Some((left, right)) if !left.is_empty() && !right.is_empty() => {
-            (front, [left, right].map(Part::around))
+            (front, [left, right].map(PrimitiveBounds::around))
         }
-        // The plane lies beside all middles, by rounding.
-        _ => in_equal_parts(items),
+        // The plane lies beside all centroids, by rounding.
+        _ => split_equally(primitives),
     }
 }

@@ -1,6 +1,6 @@
 //! Which divisions in two become nodes of up to eight.
 //!
-//! A node costs what its box's surface is: so often is it entered. For each part the least cost is found with
+//! A node costs what its box's half_area is: so often is it entered. For each part the least cost is found with
 //! which it can be one subtree, or up to two, ... up to eight of them side by side, from what that costs for
 //! both its halves. Filled from above instead, by dividing the costliest part until there were eight, nodes had
 //! fewer children (4.2 instead of 6.1 on figure 4): 1 to 4 bytes a triangle more, and up to 7% more nodes for a
@@ -13,13 +13,13 @@
 use arrayvec::ArrayVec;
 use bytemuck::{Pod, Zeroable};
 
-use super::primitive::Item;
+use super::primitive::Primitive;
 use crate::indices::wide::rows::{LANES, LEAF_ROWS, NODE_ROWS, Packing};
 
-/// A division in two, filed under the item where the second half begins.
+/// A division in two, filed under the primitive where the second half begins.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Split {
+pub(crate) struct BinarySplit {
     /// Where the halves are divided in turn; 0 for a leaf.
     halves: [u32; 2],
     /// Of two to eight subtrees side by side, how many the first half gets, three bits each; 0 where one
@@ -33,7 +33,7 @@ const SHARE_BITS: usize = 3;
 /// Where the share of a node's children lies: behind those of one (unused), two, ... eight subtrees.
 const OF_CHILDREN: usize = LANES;
 
-impl Split {
+impl BinarySplit {
     /// Not the share itself: 0 stands for another thing.
     fn share(&self, of: usize) -> usize {
         (self.shares >> (SHARE_BITS * of) & 7) as usize
@@ -51,19 +51,19 @@ pub(crate) struct Forest {
     leaves: [LeafCounts; LANES],
     /// Where it is divided; 0 for a leaf.
     at: u32,
-    /// Looks at an item that dividing took.
+    /// Looks at an primitive that dividing took.
     pub steps: u64,
 }
 
 impl Forest {
-    /// Of a leaf of so many items.
+    /// Of a leaf of so many primitives.
     pub fn leaf(count: usize) -> Self {
         let leaves = [LeafCounts::one(count); LANES];
         Self { costs: [0.0; LANES], rows: [0; LANES], leaves, at: 0, steps: count as u64 }
     }
 
-    /// Of a part that is divided at the item `at`, in a box with so large a surface.
-    pub fn join(left: &Self, right: &Self, at: u32, surface: f32) -> (Self, Split) {
+    /// Of a part that is divided at the primitive `at`, in a box with so large a half_area.
+    pub fn join(left: &Self, right: &Self, at: u32, half_area: f32) -> (Self, BinarySplit) {
         // The least cost of so many subtrees if some of them are in each half; of equals, the first. More subtrees
         // never cost more: beside a leaf, the other half gets all but one.
         let divided = |count: usize| {
@@ -89,7 +89,7 @@ impl Forest {
         let (rows, leaves) = side_by_side(LANES, share);
         let rows = rows.saturating_add(NODE_ROWS + leaves.rows());
         // As one subtree, or as many as cost less.
-        let (mut least, mut rows_and_leaves) = (cost + surface, (rows, LeafCounts::NONE));
+        let (mut least, mut rows_and_leaves) = (cost + half_area, (rows, LeafCounts::NONE));
         let mut forest = Self {
             costs: [least; LANES],
             rows: [rows; LANES],
@@ -106,11 +106,11 @@ impl Forest {
             forest.costs[more] = least;
             (forest.rows[more], forest.leaves[more]) = rows_and_leaves;
         }
-        (forest, Split { halves: [left.at, right.at], shares, rows })
+        (forest, BinarySplit { halves: [left.at, right.at], shares, rows })
     }
 }
 
-/// How many items some leaves have, four bits each; at most eight leaves.
+/// How many primitives some leaves have, four bits each; at most eight leaves.
 #[derive(Clone, Copy)]
 struct LeafCounts(u32);
 
@@ -134,33 +134,40 @@ impl LeafCounts {
     }
 }
 
-/// A run of sorted items: up to eight are a leaf, more are a node.
+/// A run of sorted primitives: up to eight are a leaf, more are a node.
 #[derive(Clone, Copy)]
 pub(crate) struct Subtree<'s> {
-    pub items: &'s [Item],
-    /// Those of all items.
-    splits: &'s [Split],
-    /// The number of its first item.
+    pub primitives: &'s [Primitive],
+    /// Those of all primitives.
+    splits: &'s [BinarySplit],
+    /// The number of its first primitive.
     from: u32,
     /// Where it is divided; 0 for a leaf.
     at: u32,
 }
 
 impl<'s> Subtree<'s> {
-    /// All items.
-    pub(crate) fn root(items: &'s [Item], splits: &'s [Split], forest: &Forest) -> Self {
-        Self { items, splits, from: 0, at: forest.at }
+    /// All primitives.
+    pub(crate) fn root(
+        primitives: &'s [Primitive],
+        splits: &'s [BinarySplit],
+        forest: &Forest,
+    ) -> Self {
+        Self { primitives, splits, from: 0, at: forest.at }
     }
 
     /// What [`find`](Self::find) finds it by.
     pub(crate) fn key(&self) -> [u32; 3] {
-        [self.from, self.items.len() as u32, self.at]
+        [self.from, self.primitives.len() as u32, self.at]
     }
 
-    /// One of those in all items, which this is.
+    /// One of those in all primitives, which this is.
     pub(crate) fn find(self, [from, count, at]: [u32; 3]) -> Self {
-        let items = self.items.get(from as usize..).and_then(|items| items.get(..count as usize));
-        Self { items: items.unwrap_or_default(), from, at, ..self }
+        let primitives = self
+            .primitives
+            .get(from as usize..)
+            .and_then(|primitives| primitives.get(..count as usize));
+        Self { primitives: primitives.unwrap_or_default(), from, at, ..self }
     }
 
     /// The rows that a wide BVH takes for it, if it is not a leaf among others.
@@ -172,7 +179,7 @@ impl<'s> Subtree<'s> {
         self.split().is_none()
     }
 
-    /// The children of a node, in the order of the items; a leaf has none.
+    /// The children of a node, in the order of the primitives; a leaf has none.
     pub fn children(&self) -> ArrayVec<Self, LANES> {
         let mut children = ArrayVec::new();
         if let Some((split, [left, right])) = self.halves() {
@@ -200,16 +207,16 @@ impl<'s> Subtree<'s> {
     }
 
     /// How it is divided, unless it is a leaf.
-    fn split(&self) -> Option<&'s Split> {
+    fn split(&self) -> Option<&'s BinarySplit> {
         self.splits.get(self.at as usize).filter(|_| self.at > 0)
     }
 
-    fn halves(self) -> Option<(&'s Split, [Self; 2])> {
+    fn halves(self) -> Option<(&'s BinarySplit, [Self; 2])> {
         let split = self.split()?;
-        let (left, right) = self.items.split_at_checked((self.at - self.from) as usize)?;
+        let (left, right) = self.primitives.split_at_checked((self.at - self.from) as usize)?;
         let [at_left, at_right] = split.halves;
-        let left = Self { items: left, at: at_left, ..self };
-        let right = Self { items: right, from: self.at, at: at_right, ..self };
+        let left = Self { primitives: left, at: at_left, ..self };
+        let right = Self { primitives: right, from: self.at, at: at_right, ..self };
         Some((split, [left, right]))
     }
 }
@@ -225,49 +232,52 @@ mod tests {
 
     /// How many subtrees side by side a part is, if the inner nodes with a bit in `nodes`, counted from `next`
     /// in preorder, are nodes, and what those cost; `None` where one has more than eight children.
-    fn cost(tree: &Tree, nodes: u32, next: &mut u32) -> Option<(usize, f32)> {
-        let Tree::Divided(surface, left, right) = tree else { return Some((1, 0.0)) };
+    fn cost(tree: &TestTree, nodes: u32, next: &mut u32) -> Option<(usize, f32)> {
+        let TestTree::Divided(half_area, left, right) = tree else { return Some((1, 0.0)) };
         let is_node = nodes >> *next & 1 == 1;
         *next += 1;
         let (a, b) = (cost(left, nodes, next)?, cost(right, nodes, next)?);
         let (children, below) = (a.0 + b.0, a.1 + b.1);
         if is_node {
-            (children <= LANES).then_some((1, below + surface))
+            (children <= LANES).then_some((1, below + half_area))
         } else {
             Some((children, below))
         }
     }
 
     /// The least cost of at most so many subtrees, of all choices of nodes.
-    fn least(tree: &Tree, leaves: usize, count: usize) -> f32 {
+    fn least(tree: &TestTree, leaves: usize, count: usize) -> f32 {
         let all = (0..1_u32 << (leaves - 1)).filter_map(|nodes| cost(tree, nodes, &mut 0));
         all.filter(|(subtrees, _)| *subtrees <= count)
             .map(|(_, cost)| cost)
             .fold(f32::INFINITY, f32::min)
     }
 
-    enum Tree {
+    enum TestTree {
         Leaf,
-        Divided(f32, Box<Tree>, Box<Tree>),
+        Divided(f32, Box<TestTree>, Box<TestTree>),
     }
 
-    /// A tree of leaves of one item each, with small integers for surfaces, so that sums are exact.
-    fn tree(leaves: usize, random: &mut u32) -> Tree {
+    /// A tree of leaves of one primitive each, with small integers for surfaces, so that sums are exact.
+    fn tree(leaves: usize, random: &mut u32) -> TestTree {
         *random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         if leaves == 1 {
-            return Tree::Leaf;
+            return TestTree::Leaf;
         }
-        let (surface, first) = ((*random >> 24) as f32, 1 + (*random >> 8) as usize % (leaves - 1));
+        let (half_area, first) =
+            ((*random >> 24) as f32, 1 + (*random >> 8) as usize % (leaves - 1));
         let halves = [first, leaves - first].map(|leaves| Box::new(tree(leaves, random)));
         let [left, right] = halves;
-        Tree::Divided(surface, left, right)
+        TestTree::Divided(half_area, left, right)
     }
 
-    fn forest(tree: &Tree, from: u32, splits: &mut [Split]) -> (Forest, u32) {
-        let Tree::Divided(surface, left, right) = tree else { return (Forest::leaf(1), from + 1) };
+    fn forest(tree: &TestTree, from: u32, splits: &mut [BinarySplit]) -> (Forest, u32) {
+        let TestTree::Divided(half_area, left, right) = tree else {
+            return (Forest::leaf(1), from + 1);
+        };
         let (left, at) = forest(left, from, splits);
         let (right, end) = forest(right, at, splits);
-        let (forest, split) = Forest::join(&left, &right, at, *surface);
+        let (forest, split) = Forest::join(&left, &right, at, *half_area);
         splits[at as usize] = split;
         (forest, end)
     }
@@ -276,12 +286,12 @@ mod tests {
     fn walk(subtree: Subtree<'_>, begins: &mut Vec<u32>) -> u32 {
         let children = subtree.children();
         if children.is_empty() {
-            assert_eq!(subtree.items.len(), 1);
+            assert_eq!(subtree.primitives.len(), 1);
             begins.push(subtree.from);
             return 0;
         }
         assert!((2..=LANES).contains(&children.len()));
-        // Eight leaves of one item share their rows.
+        // Eight leaves of one primitive share their rows.
         let shared = if children.iter().any(Subtree::is_leaf) { LEAF_ROWS } else { 0 };
         let rows: u32 = children.into_iter().map(|child| walk(child, begins)).sum();
         assert_eq!(NODE_ROWS + shared + rows, subtree.rows());
@@ -293,7 +303,7 @@ mod tests {
         let mut random = 1;
         for leaves in (2..15).cycle().take(130) {
             let tree = tree(leaves, &mut random);
-            let mut splits = [Split::zeroed(); 15];
+            let mut splits = [BinarySplit::zeroed(); 15];
             let (forest, end) = forest(&tree, 0, &mut splits);
             assert_eq!(end as usize, leaves);
             for count in 1..=LANES {
@@ -305,8 +315,8 @@ mod tests {
             }
             // The subtrees have as many rows as are told, no node has more than eight children or fewer than two,
             // and each leaf comes once, in order.
-            let items = [Item::zeroed(); 15];
-            let root = Subtree::root(&items[..leaves], &splits, &forest);
+            let primitives = [Primitive::zeroed(); 15];
+            let root = Subtree::root(&primitives[..leaves], &splits, &forest);
             let mut begins = Vec::new();
             let rows = walk(root, &mut begins);
             assert_eq!(rows, root.rows());

@@ -19,14 +19,14 @@ use crate::error::BuildError;
 use crate::input::Executor;
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::structure::DividedScene;
-use collapse::{Forest, Split, Subtree};
-use partition::{Divider, Place};
-use primitive::Item;
+use collapse::{BinarySplit, Forest, Subtree};
+use partition::{Divider, Subset};
+use primitive::Primitive;
 
 pub(crate) const fn scratch_bytes(triangle_count: usize) -> usize {
     let counts = size_of_slice::<u32>(triangle_count.saturating_mul(2));
-    size_of_slice::<Item>(triangle_count)
-        .saturating_add(size_of_slice::<Split>(triangle_count))
+    size_of_slice::<Primitive>(triangle_count)
+        .saturating_add(size_of_slice::<BinarySplit>(triangle_count))
         .saturating_add(counts)
 }
 
@@ -57,16 +57,16 @@ pub(crate) fn sort<'s>(
     }
     let full = BuildError::ScratchFull { needed: scratch_bytes(count), given: scratch.len() };
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
-    let items = arena.take::<Item>(count).ok_or(full)?;
-    let splits = arena.take::<Split>(count).ok_or(full)?;
+    let primitives = arena.take::<Primitive>(count).ok_or(full)?;
+    let splits = arena.take::<BinarySplit>(count).ok_or(full)?;
     let counts = arena.take::<u32>(nodes.len()).ok_or(full)?;
-    let divider = Divider::new(items, counts, triangles, clusters, nodes);
+    let divider = Divider::new(primitives, counts, triangles, clusters, nodes);
 
-    let place = divider.root(items);
-    let largest = divider.bounds(&place).largest_coordinate();
-    let forest = Sorter { divider, executor }.sort(items, splits, 0, &place);
+    let subset = divider.root(primitives);
+    let largest = divider.bounds(&subset).largest_coordinate();
+    let forest = Sorter { divider, executor }.sort(primitives, splits, 0, &subset);
     words.spend(forest.steps)?;
-    Ok(Sorted { root: Subtree::root(items, splits, &forest), largest })
+    Ok(Sorted { root: Subtree::root(primitives, splits, &forest), largest })
 }
 
 /// So many divisions into a cluster, triangles are divided into equal parts, which takes at most 25 more.
@@ -74,7 +74,7 @@ const BALANCED_FROM: u32 = 32;
 /// The levels of the cluster tree, and those of a cluster: at worst a node for each division.
 pub(crate) const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + 27;
 
-/// From so many items on, branches are offered to the executor.
+/// From so many primitives on, branches are offered to the executor.
 const LARGE: usize = 4096;
 
 /// Does both, at once if they are large.
@@ -94,25 +94,31 @@ struct Sorter<'b, E> {
 }
 
 impl<E: Executor> Sorter<'_, E> {
-    /// Sorts the items of a part, of which the first has the number `from`, into the order of its leaves, and
+    /// Sorts the primitives of a part, of which the first has the number `from`, into the order of its leaves, and
     /// files how they are divided. As deep a recursion as they are divided.
-    fn sort(&self, items: &mut [Item], splits: &mut [Split], from: u32, place: &Place) -> Forest {
-        let count = items.len();
+    fn sort(
+        &self,
+        primitives: &mut [Primitive],
+        splits: &mut [BinarySplit],
+        from: u32,
+        subset: &Subset,
+    ) -> Forest {
+        let count = primitives.len();
         if count <= LANES {
             return Forest::leaf(count);
         }
-        let surface = self.divider.bounds(place).surface();
-        let (length, places) = self.divider.divide(items, place);
+        let half_area = self.divider.bounds(subset).half_area();
+        let (length, subsets) = self.divider.divide(primitives, subset);
         let at = from + length as u32;
-        let halves = (items.split_at_mut_checked(length), splits.split_at_mut_checked(length));
-        let (Some(items), Some(halves)) = halves else { return Forest::leaf(count) };
+        let halves = (primitives.split_at_mut_checked(length), splits.split_at_mut_checked(length));
+        let (Some(primitives), Some(halves)) = halves else { return Forest::leaf(count) };
         let (left, right) = both(
             self.executor,
             count,
-            || self.sort(items.0, halves.0, from, &places[0]),
-            || self.sort(items.1, halves.1, at, &places[1]),
+            || self.sort(primitives.0, halves.0, from, &subsets[0]),
+            || self.sort(primitives.1, halves.1, at, &subsets[1]),
         );
-        let (mut forest, split) = Forest::join(&left, &right, at, surface);
+        let (mut forest, split) = Forest::join(&left, &right, at, half_area);
         forest.steps += count as u64;
         if let Some(slot) = splits.get_mut(length) {
             *slot = split;

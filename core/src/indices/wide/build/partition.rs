@@ -9,19 +9,19 @@ use arrayvec::ArrayVec;
 use glam::Vec4;
 
 use super::BALANCED_FROM;
-use super::binned_sah::{halve, in_equal_parts, tests};
-use super::primitive::{Item, Part};
+use super::binned_sah::{leaf_tests, split_by_sah, split_equally};
+use super::primitive::{Primitive, PrimitiveBounds};
 use crate::cluster::{ClusterNode, Clusters, MAX_TREE_DEPTH, NodeId};
 use crate::geometry::Box4;
 use crate::input::Mesh;
 
 /// A part of the triangles, and where it stands.
 #[derive(Clone, Copy)]
-pub(crate) enum Place {
+pub(crate) enum Subset {
     /// A join of clusters.
     Join(NodeId),
     /// In a cluster, so many divisions below it.
-    Inside(Part, u32),
+    Inside(PrimitiveBounds, u32),
 }
 
 /// Divides triangles: those of a join of clusters into what was joined, others where it costs least.
@@ -35,7 +35,7 @@ impl<'b> Divider<'b> {
     /// Files the triangles so that each node of the cluster tree has a run of its own; `counts` is as long as
     /// there are nodes.
     pub fn new(
-        items: &mut [Item],
+        primitives: &mut [Primitive],
         counts: &'b mut [u32],
         triangles: Mesh<'_>,
         clusters: &Clusters<'_>,
@@ -43,30 +43,30 @@ impl<'b> Divider<'b> {
     ) -> Self {
         count_triangles(counts, clusters, nodes);
         let divider = Self { nodes, counts };
-        divider.file(items, triangles, clusters);
+        divider.file(primitives, triangles, clusters);
         divider
     }
 
     /// Where the whole stands.
-    pub fn root(&self, items: &[Item]) -> Place {
-        self.place((self.nodes.len() as u32).saturating_sub(1), items)
+    pub fn root(&self, primitives: &[Primitive]) -> Subset {
+        self.subset_of((self.nodes.len() as u32).saturating_sub(1), primitives)
     }
 
     /// Where a node of the cluster tree stands.
-    fn place(&self, id: u32, items: &[Item]) -> Place {
+    fn subset_of(&self, id: u32, primitives: &[Primitive]) -> Subset {
         // Leaves come first, and there is one more of them than of joins.
         if id as usize > self.nodes.len() / 2 {
-            Place::Join(NodeId(id))
+            Subset::Join(NodeId(id))
         } else {
-            Place::Inside(Part::around(items), 0)
+            Subset::Inside(PrimitiveBounds::around(primitives), 0)
         }
     }
 
     /// The box of a part.
-    pub fn bounds(&self, place: &Place) -> Box4 {
-        match *place {
-            Place::Inside(part, _) => part.bounds,
-            Place::Join(join) => self.bounds_of(join.0),
+    pub fn bounds(&self, subset: &Subset) -> Box4 {
+        match *subset {
+            Subset::Inside(part, _) => part.bounds,
+            Subset::Join(join) => self.bounds_of(join.0),
         }
     }
 
@@ -75,8 +75,8 @@ impl<'b> Divider<'b> {
         self.nodes.get(id as usize).map_or(Box4::at(Vec4::ZERO), |node| Box4::of(&node.bounds))
     }
 
-    fn file(&self, items: &mut [Item], triangles: Mesh<'_>, clusters: &Clusters<'_>) {
-        let mut slots = items.iter_mut();
+    fn file(&self, primitives: &mut [Primitive], triangles: Mesh<'_>, clusters: &Clusters<'_>) {
+        let mut slots = primitives.iter_mut();
         let mut stack = ArrayVec::<usize, { MAX_TREE_DEPTH + 1 }>::new();
         let mut next = self.nodes.len().checked_sub(1);
         while let Some(at) = next.or_else(|| stack.pop()) {
@@ -84,7 +84,7 @@ impl<'b> Divider<'b> {
             if at < clusters.count() {
                 for (&id, slot) in clusters.get(at).iter().zip(slots.by_ref()) {
                     let triangle = triangles.get(id).unwrap_or_default();
-                    *slot = Item::new(&triangle, id);
+                    *slot = Primitive::new(&triangle, id);
                 }
             } else if let Some(node) = self.nodes.get(at) {
                 let [first, second] = self.cheaper_first(node).map(|link| link as usize);
@@ -99,28 +99,31 @@ impl<'b> Divider<'b> {
     fn cheaper_first(&self, node: &ClusterNode) -> [u32; 2] {
         let cost = |link: u32| {
             let count = self.counts.get(link as usize).map_or(0, |&count| count.cast_signed());
-            self.bounds_of(link).surface() * tests(count)
+            self.bounds_of(link).half_area() * leaf_tests(count)
         };
         let [left, right] = node.links;
         if cost(right) < cost(left) { [right, left] } else { [left, right] }
     }
 
-    /// Sorts more than eight items into two parts, one behind the other, and returns the length of the first,
+    /// Sorts more than eight primitives into two parts, one behind the other, and returns the length of the first,
     /// which is the one that costs less. So it gets the lower lane: where a ray enters both at once, as one
     /// that begins in both, it is the cheaper to be asked first.
-    pub fn divide(&self, items: &mut [Item], place: &Place) -> (usize, [Place; 2]) {
-        match *place {
-            Place::Join(join) => {
+    pub fn divide(&self, primitives: &mut [Primitive], subset: &Subset) -> (usize, [Subset; 2]) {
+        match *subset {
+            Subset::Join(join) => {
                 let node = self.nodes.get(join.0 as usize);
                 let links = node.map_or([0; 2], |node| self.cheaper_first(node));
                 let length = self.counts.get(links[0] as usize).map_or(0, |&count| count as usize);
-                let (left, right) = items.split_at_checked(length).unwrap_or_default();
-                (length, [self.place(links[0], left), self.place(links[1], right)])
+                let (left, right) = primitives.split_at_checked(length).unwrap_or_default();
+                (length, [self.subset_of(links[0], left), self.subset_of(links[1], right)])
             }
-            Place::Inside(ref part, depth) => {
-                let (length, parts) =
-                    if depth < BALANCED_FROM { halve(items, part) } else { in_equal_parts(items) };
-                (length, parts.map(|part| Place::Inside(part, depth + 1)))
+            Subset::Inside(ref part, depth) => {
+                let (length, parts) = if depth < BALANCED_FROM {
+                    split_by_sah(primitives, part)
+                } else {
+                    split_equally(primitives)
+                };
+                (length, parts.map(|part| Subset::Inside(part, depth + 1)))
             }
         }
     }

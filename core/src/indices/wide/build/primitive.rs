@@ -9,9 +9,9 @@ use crate::geometry::{Box4, Triangle};
 /// upper 16 bits and the lower as numbers.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(transparent)]
-pub(crate) struct Item(Box4);
+pub(crate) struct Primitive(Box4);
 
-impl Item {
+impl Primitive {
     pub fn new(triangle: &Triangle, id: u32) -> Self {
         let Box4 { lo, hi } = Box4::of_triangle(triangle);
         Self(Box4 { lo: lo.with_w((id >> 16) as f32), hi: hi.with_w((id & 0xffff) as f32) })
@@ -21,9 +21,9 @@ impl Item {
         (self.0.lo.w as u32) << 16 | self.0.hi.w as u32
     }
 
-    /// The smallest box around some items.
-    pub fn bounds_of(items: &[Self]) -> Box4 {
-        items.iter().fold(Box4::EMPTY, |all, item| all.union(item.0))
+    /// The smallest box around some primitives.
+    pub fn bounds_of(primitives: &[Self]) -> Box4 {
+        primitives.iter().fold(Box4::EMPTY, |all, primitive| all.union(primitive.0))
     }
 
     /// Its box.
@@ -33,25 +33,25 @@ impl Item {
 
     /// Twice the middle of its box; infinite beyond what numbers hold, which no plane tells apart.
     #[inline]
-    pub fn middle(&self) -> Vec4 {
+    pub fn doubled_centroid(&self) -> Vec4 {
         self.0.lo + self.0.hi
     }
 }
 
-/// What is known of some items.
+/// What is known of some primitives.
 #[derive(Clone, Copy)]
-pub(crate) struct Part {
+pub(crate) struct PrimitiveBounds {
     pub bounds: Box4,
-    /// The box around the middles of their boxes.
-    pub middles: Box4,
+    /// The box around the centroids of their boxes.
+    pub centroids: Box4,
 }
 
-impl Part {
-    pub fn around(items: &[Item]) -> Self {
-        let nothing = Self { bounds: Box4::EMPTY, middles: Box4::EMPTY };
-        items.iter().fold(nothing, |all, item| Self {
-            bounds: all.bounds.union(item.bounds()),
-            middles: all.middles.union(Box4::at(item.middle())),
+impl PrimitiveBounds {
+    pub fn around(primitives: &[Primitive]) -> Self {
+        let nothing = Self { bounds: Box4::EMPTY, centroids: Box4::EMPTY };
+        primitives.iter().fold(nothing, |all, primitive| Self {
+            bounds: all.bounds.union(primitive.bounds()),
+            centroids: all.centroids.union(Box4::at(primitive.doubled_centroid())),
         })
     }
 }

@@ -19,7 +19,7 @@ use super::HEAD_ROWS;
 use crate::error::BuildError;
 use crate::geometry::Box4;
 use crate::indices::wide::build::collapse::Subtree;
-use crate::indices::wide::build::primitive::Item;
+use crate::indices::wide::build::primitive::Primitive;
 use crate::indices::wide::build::{Sorted, both, sort};
 use crate::indices::wide::rows::{
     EDGES_ROW, EMPTY, EMPTY_LEAF, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NODE_ROWS,
@@ -58,7 +58,7 @@ impl Child {
 /// The rows that those share which are leaves.
 fn shared_rows(subtrees: &[Subtree<'_>]) -> u32 {
     let leaves = subtrees.iter().filter(|subtree| subtree.is_leaf());
-    Packing::of(leaves.map(|leaf| leaf.items.len())).rows()
+    Packing::of(leaves.map(|leaf| leaf.primitives.len())).rows()
 }
 
 /// What is known of an upper node before it is written. Until then it lies in the node's place.
@@ -220,10 +220,14 @@ impl<E: Executor> Writer<'_, E> {
         let mut packing = Packing::default();
         for (slot, subtree) in children.iter_mut().zip(subtrees) {
             if subtree.is_leaf() {
-                let (number, lanes) = packing.place(subtree.items.len());
+                let (number, lanes) = packing.place(subtree.primitives.len());
                 let Some(leaf) = leaves.get_mut(number) else { break };
-                *slot =
-                    self.leaf(subtree.items, leaf, lanes, first_leaf + number as u32 * LEAF_ROWS);
+                *slot = self.leaf(
+                    subtree.primitives,
+                    leaf,
+                    lanes,
+                    first_leaf + number as u32 * LEAF_ROWS,
+                );
             } else if is_upper(subtree) {
                 slot.link = link;
                 link += NODE_ROWS;
@@ -239,17 +243,23 @@ impl<E: Executor> Writer<'_, E> {
     }
 
     /// Writes a leaf into some lanes.
-    fn leaf(&self, items: &[Item], leaf: &mut Leaf, lanes: Range<usize>, row: u32) -> Child {
-        for (lane, item) in lanes.clone().zip(items) {
-            let triangle = self.triangles.get(item.id()).unwrap_or_default();
+    fn leaf(
+        &self,
+        primitives: &[Primitive],
+        leaf: &mut Leaf,
+        lanes: Range<usize>,
+        row: u32,
+    ) -> Child {
+        for (lane, primitive) in lanes.clone().zip(primitives) {
+            let triangle = self.triangles.get(primitive.id()).unwrap_or_default();
             set_triangle(leaf, lane, &triangle);
-            leaf[IDS_ROW][lane % LANES] = item.id();
+            leaf[IDS_ROW][lane % LANES] = primitive.id();
         }
         let edges = longest_edges(leaf);
         let own = edges.get(lanes.clone()).unwrap_or_default();
         let longest = own.iter().fold(0.0, |longest, &edge| larger(longest, edge));
         let [link, edge] = leaf_link(row, lanes, longest);
-        Child { bounds: Item::bounds_of(items), link, edge }
+        Child { bounds: Primitive::bounds_of(primitives), link, edge }
     }
 }
 

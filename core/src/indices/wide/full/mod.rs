@@ -86,21 +86,21 @@ impl Structure for WideBvh {
     }
 
     #[inline]
-    fn traverse<Q: Query>(sections: &Sections<'_>, vectors: SimdLevel, query: &mut Q) {
+    fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q) {
         if !sections.words().is_empty() {
-            dispatch::traverse(WideTree::of(sections.words()), vectors, query);
+            dispatch::traverse(WideTree::of(sections.words()), simd_level, query);
         }
     }
 
     #[inline]
     fn traverse_each<Q: Query>(
         sections: &Sections<'_>,
-        vectors: SimdLevel,
+        simd_level: SimdLevel,
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
         finish: impl FnMut(usize, &Q),
     ) {
-        dispatch::traverse_each(WideTree::of(sections.words()), vectors, count, start, finish);
+        dispatch::traverse_each(WideTree::of(sections.words()), simd_level, count, start, finish);
     }
 
     fn check(sections: &Sections<'_>) -> Result<Statistics, u32> {

@@ -149,22 +149,22 @@ fn gather_triangles(triangles: &[Triangle], ids: &Row) -> Option<Leaf> {
 #[target_feature(enable = "avx2")]
 fn gather_corners(vertices: &[Vec3], corners: &[[u32; 3]], ids: &Row) -> Leaf {
     // What does not exist is replaced, not refused: the compiler takes branches before any reads, and keeps the
-    // places of all corners in memory until then. A tenth of the instructions of a leaf.
+    // corners_of of all corners in memory until then. A tenth of the instructions of a leaf.
     //
     // x, y, y, z: in two reads, neither of which goes beyond the last vertex.
-    let vertex = |place: u32| {
-        let vertex = vertices.get(place as usize).unwrap_or(&Vec3::ZERO);
+    let vertex = |offset: u32| {
+        let vertex = vertices.get(offset as usize).unwrap_or(&Vec3::ZERO);
         let numbers: &[f32; 3] = bytemuck::must_cast_ref(vertex);
         let two = |two: Option<&[f32; 2]>| -> f64 {
             bytemuck::must_cast(two.copied().unwrap_or_default())
         };
         _mm_castpd_ps(_mm_set_pd(two(numbers.last_chunk()), two(numbers.first_chunk())))
     };
-    let places = |id: u32| corners.get(id as usize).unwrap_or(&[0; 3]);
+    let corners_of = |id: u32| corners.get(id as usize).unwrap_or(&[0; 3]);
     let mut numbers = [[_mm256_setzero_ps(); 4]; 3];
     let (low, high) = ids.split_at(LANES / 2);
     for (lane, (&low, &high)) in low.iter().zip(high).enumerate() {
-        let (x, y) = (places(low), places(high));
+        let (x, y) = (corners_of(low), corners_of(high));
         for corner in 0..3 {
             numbers[corner][lane] = _mm256_set_m128(vertex(y[corner]), vertex(x[corner]));
         }
@@ -193,12 +193,12 @@ fn unpack(chunk: &Chunk) -> Leaf {
     let mut leaf = Leaf::default();
     for corner in 0..3 {
         let halves = _mm256_set1_epi32(chunk[1 + corner].cast_signed());
-        let places = _mm256_srlv_epi32(halves, shifts);
-        // The fourth bit, where it decides: in the place of the sign.
-        let upper = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(places));
+        let vertex_numbers = _mm256_srlv_epi32(halves, shifts);
+        // The fourth bit, where it decides: in the offset of the sign.
+        let upper = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(vertex_numbers));
         for (axis, [low, high]) in table.into_iter().enumerate() {
-            let low = _mm256_permutevar8x32_ps(low, places);
-            let high = _mm256_permutevar8x32_ps(high, places);
+            let low = _mm256_permutevar8x32_ps(low, vertex_numbers);
+            let high = _mm256_permutevar8x32_ps(high, vertex_numbers);
             leaf[3 * corner + axis] = bytemuck::must_cast(_mm256_blendv_ps(low, high, upper));
         }
     }

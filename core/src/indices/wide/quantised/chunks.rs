@@ -66,14 +66,14 @@ fn chunk_length(chunk: &Chunk) -> usize {
 }
 
 #[inline(always)]
-fn chunk_at(words: &[u32], place: usize) -> Option<&Chunk> {
-    words.get(place..place + CHUNK_WORDS)?.try_into().ok()
+fn chunk_at(words: &[u32], offset: usize) -> Option<&Chunk> {
+    words.get(offset..offset + CHUNK_WORDS)?.try_into().ok()
 }
 
 #[inline(always)]
 fn id_at(chunk: &Chunk, lane: usize) -> u32 {
-    let place = CHUNK_HEAD + 3 * vertex_count(chunk) + lane % LANES;
-    chunk[place % CHUNK_WORDS]
+    let offset = CHUNK_HEAD + 3 * vertex_count(chunk) + lane % LANES;
+    chunk[offset % CHUNK_WORDS]
 }
 
 /// The index of a corner (0, 1, 2) in the table of vertices.
@@ -86,9 +86,9 @@ pub(super) fn corner_at(chunk: &Chunk, corner: usize, lane: usize) -> usize {
 fn triangle_at(chunk: &Chunk, lane: usize) -> Triangle {
     let count = vertex_count(chunk);
     let corner = |corner: usize| {
-        let place = CHUNK_HEAD + corner_at(chunk, corner, lane);
+        let offset = CHUNK_HEAD + corner_at(chunk, corner, lane);
         // At most 4 + 15 + 32, and never as much as the chunk has.
-        let number = |axis: usize| f32::from_bits(chunk[(place + axis * count) % CHUNK_WORDS]);
+        let number = |axis: usize| f32::from_bits(chunk[(offset + axis * count) % CHUNK_WORDS]);
         Vec3::new(number(0), number(1), number(2))
     };
     Triangle::new(corner(0), corner(1), corner(2))
@@ -96,8 +96,8 @@ fn triangle_at(chunk: &Chunk, lane: usize) -> Triangle {
 
 #[inline(always)]
 fn node_at(words: &[u32], link: u32) -> Option<&QuantisedNode> {
-    let place = link as usize;
-    let words: &[u32; NODE_WORDS] = words.get(place..place + NODE_WORDS)?.try_into().ok()?;
+    let offset = link as usize;
+    let words: &[u32; NODE_WORDS] = words.get(offset..offset + NODE_WORDS)?.try_into().ok()?;
     Some(bytemuck::must_cast_ref(words))
 }
 
@@ -112,13 +112,13 @@ impl Described for CompactBvh {
 impl Form for Chunks {
     const HOLDS_TRIANGLES: bool = true;
     const ZEROS: usize = CHUNK_WORDS;
-    const PLACE: u32 = !LEAF;
+    const OFFSET: u32 = !LEAF;
 
-    fn write_node(node: &QuantisedNode, _: usize, place: usize, words: &mut Words<'_>) -> u32 {
-        for (place, &word) in (place..).zip(node.words()) {
-            words.set(place, word);
+    fn write_node(node: &QuantisedNode, _: usize, offset: usize, words: &mut Words<'_>) -> u32 {
+        for (offset, &word) in (offset..).zip(node.words()) {
+            words.set(offset, word);
         }
-        place as u32
+        offset as u32
     }
 
     fn node_words(_: usize) -> usize {
@@ -146,7 +146,7 @@ impl Form for Chunks {
 
     /// As few chunks as it takes with the triangles in their order.
     fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32 {
-        let place = words.len() as u32;
+        let offset = words.len() as u32;
         let mut chunk = Filling::default();
         for id in ids {
             let triangle = triangles.get(id).unwrap_or_default();
@@ -159,7 +159,7 @@ impl Form for Chunks {
             }
         }
         chunk.write(0, words);
-        LEAF | place
+        LEAF | offset
     }
 
     #[inline(always)]
@@ -195,15 +195,15 @@ impl Form for Chunks {
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {
-        let place = (link & Self::PLACE) as usize;
-        let (mut end, mut count) = (place, 0);
+        let offset = (link & Self::OFFSET) as usize;
+        let (mut end, mut count) = (offset, 0);
         loop {
             let chunk = chunk_at(words, end)?;
             check_chunk(chunk, triangle_count)?;
             count += self::triangle_count(chunk) as u32;
             end += chunk_length(chunk);
             if chunk[0] & MORE_CHUNKS == 0 {
-                return Some((end - place, count));
+                return Some((end - offset, count));
             }
         }
     }
@@ -212,11 +212,11 @@ impl Form for Chunks {
 /// The chunks of a leaf; none for the link of an unused lane, which leads past the end.
 #[inline(always)]
 fn leaf_at(words: &[u32], link: u32) -> impl Iterator<Item = &Chunk> {
-    let mut next = Some((link & Chunks::PLACE) as usize);
+    let mut next = Some((link & Chunks::OFFSET) as usize);
     core::iter::from_fn(move || {
-        let place = next?;
-        let chunk = chunk_at(words, place)?;
-        next = (chunk[0] & MORE_CHUNKS != 0).then(|| place + chunk_length(chunk));
+        let offset = next?;
+        let chunk = chunk_at(words, offset)?;
+        next = (chunk[0] & MORE_CHUNKS != 0).then(|| offset + chunk_length(chunk));
         Some(chunk)
     })
 }
@@ -253,9 +253,9 @@ impl Filling {
         let lane = ids.len();
         for (corner, word) in [triangle.a, triangle.b, triangle.c].iter().zip(corners.iter_mut()) {
             let bits = corner.to_array().map(f32::to_bits);
-            let place = vertices.iter().position(|vertex| *vertex == bits);
-            let place = place.unwrap_or_else(|| vertices.len());
-            if place == vertices.len() && vertices.try_push(bits).is_err() {
+            let offset = vertices.iter().position(|vertex| *vertex == bits);
+            let offset = offset.unwrap_or_else(|| vertices.len());
+            if offset == vertices.len() && vertices.try_push(bits).is_err() {
                 vertices.truncate(known);
                 // The corners of this lane are those of the chunk that follows.
                 for word in corners {
@@ -263,7 +263,7 @@ impl Filling {
                 }
                 return false;
             }
-            *word |= (place as u32) << (4 * (lane % LANES));
+            *word |= (offset as u32) << (4 * (lane % LANES));
         }
         for edge in [triangle.b - triangle.a, triangle.c - triangle.a] {
             for length in edge.abs().to_array() {

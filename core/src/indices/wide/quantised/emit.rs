@@ -8,7 +8,7 @@ use super::{Form, HEAD_WORDS, QuantisedNode, most_words};
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Box4};
 use crate::indices::wide::build::collapse::Subtree;
-use crate::indices::wide::build::primitive::Item;
+use crate::indices::wide::build::primitive::Primitive;
 use crate::indices::wide::build::sort;
 use crate::indices::wide::rows::LANES;
 use crate::input::{Executor, Mesh};
@@ -53,12 +53,12 @@ impl<F: Form> Encoder<'_, '_, F> {
     fn subtree(&mut self, subtree: Subtree<'_>) -> (u32, Box4) {
         let children = subtree.children();
         if children.is_empty() {
-            let items = subtree.items;
-            let link = F::write(self.triangles, items.iter().map(Item::id), self.words);
-            return (link, Item::bounds_of(items));
+            let primitives = subtree.primitives;
+            let link = F::write(self.triangles, primitives.iter().map(Primitive::id), self.words);
+            return (link, Primitive::bounds_of(primitives));
         }
         // A node comes before its children, and knows their boxes after them.
-        let place = self.words.reserve(F::node_words(children.len()));
+        let offset = self.words.reserve(F::node_words(children.len()));
         let mut bounds = Box4::EMPTY;
         let mut links = ArrayVec::<u32, LANES>::new();
         let mut boxes = ArrayVec::<Aabb, LANES>::new();
@@ -72,6 +72,6 @@ impl<F: Form> Encoder<'_, '_, F> {
         for (slot, &link) in node.links.iter_mut().zip(&links) {
             *slot = link;
         }
-        (F::write_node(&node, children.len(), place, self.words), bounds)
+        (F::write_node(&node, children.len(), offset, self.words), bounds)
     }
 }

@@ -42,16 +42,16 @@ const SCALE_WORDS: usize = 6;
 /// Of the largest node. So many zeros are at the end of an image, so that any node can be read in one piece.
 const WINDOW: usize = SCALE_WORDS + 4 * LANES;
 
-/// The place, and the last lane that is used.
+/// The offset, and the last lane that is used.
 #[inline(always)]
 fn decoded(link: u32) -> (usize, usize) {
-    ((link & Ids::PLACE) as usize, (link >> COUNT_SHIFT & 7) as usize)
+    ((link & Ids::OFFSET) as usize, (link >> COUNT_SHIFT & 7) as usize)
 }
 
 #[inline(always)]
 fn boxes_at(words: &[u32], link: u32) -> Option<FewBoxes<'_>> {
-    let (place, last_lane) = decoded(link);
-    let words: &[u32; WINDOW] = words.get(place..place + WINDOW)?.try_into().ok()?;
+    let (offset, last_lane) = decoded(link);
+    let words: &[u32; WINDOW] = words.get(offset..offset + WINDOW)?.try_into().ok()?;
     let (scale, rest) = words.split_first_chunk::<SCALE_WORDS>()?;
     let [anchor, step]: &[[f32; 3]; 2] = bytemuck::must_cast_ref(scale);
     let row = |number: usize| rest.get(number * (last_lane + 1)..)?.first_chunk();
@@ -62,8 +62,8 @@ fn boxes_at(words: &[u32], link: u32) -> Option<FewBoxes<'_>> {
 /// `None` for an unused lane of a node, whose link leads past the end.
 #[inline(always)]
 fn ids_at(words: &[u32], link: u32) -> Option<(&Row, usize)> {
-    let (place, last_lane) = decoded(link);
-    Some((words.get(place..place + LANES)?.try_into().ok()?, last_lane))
+    let (offset, last_lane) = decoded(link);
+    Some((words.get(offset..offset + LANES)?.try_into().ok()?, last_lane))
 }
 
 #[inline(always)]
@@ -83,12 +83,12 @@ impl Described for LeanBvh {
 impl Form for Ids {
     const HOLDS_TRIANGLES: bool = false;
     const ZEROS: usize = WINDOW;
-    const PLACE: u32 = (1 << COUNT_SHIFT) - 1;
+    const OFFSET: u32 = (1 << COUNT_SHIFT) - 1;
 
     fn write_node(
         node: &QuantisedNode,
         children: usize,
-        place: usize,
+        offset: usize,
         words: &mut Words<'_>,
     ) -> u32 {
         let scale = node.anchor.into_iter().chain(node.step).map(f32::to_bits);
@@ -97,10 +97,10 @@ impl Form for Ids {
             let quantum = move |side, lane| u32::from(node.quantum(axis, side, lane));
             (0..children).map(move |lane| quantum(0, lane) | quantum(1, lane) << 16)
         });
-        for (place, word) in (place..).zip(scale.chain(links).chain(sides)) {
-            words.set(place, word);
+        for (offset, word) in (offset..).zip(scale.chain(links).chain(sides)) {
+            words.set(offset, word);
         }
-        (children as u32).saturating_sub(1) << COUNT_SHIFT | place as u32
+        (children as u32).saturating_sub(1) << COUNT_SHIFT | offset as u32
     }
 
     fn node_words(children: usize) -> usize {
@@ -143,12 +143,12 @@ impl Form for Ids {
     }
 
     fn write(_: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32 {
-        let place = words.len();
+        let offset = words.len();
         for id in ids {
             words.push(id);
         }
-        let count = (words.len() - place) as u32;
-        LEAF | count.saturating_sub(1) << COUNT_SHIFT | place as u32
+        let count = (words.len() - offset) as u32;
+        LEAF | count.saturating_sub(1) << COUNT_SHIFT | offset as u32
     }
 
     #[inline(always)]

@@ -67,14 +67,14 @@ trait Form: Copy + 'static {
     const HOLDS_TRIANGLES: bool;
     /// So many zeros end an image.
     const ZEROS: usize;
-    /// The bits of a link that are a place.
-    const PLACE: u32;
+    /// The bits of a link that are a offset.
+    const OFFSET: u32;
 
     /// Writes a node to where room was reserved, and returns the link to it.
     fn write_node(
         node: &QuantisedNode,
         children: usize,
-        place: usize,
+        offset: usize,
         words: &mut Words<'_>,
     ) -> u32;
 
@@ -129,9 +129,9 @@ struct QuantisedNode {
     links: [u32; LANES],
 }
 
-/// The place of `EMPTY` lies behind all others.
+/// The offset of `EMPTY` lies behind all others.
 fn most_words<F: Form>() -> usize {
-    F::PLACE as usize - CHUNK_WORDS
+    F::OFFSET as usize - CHUNK_WORDS
 }
 
 impl<F: Form> Structure for QuantisedBvh<F>
@@ -155,21 +155,21 @@ where
     }
 
     #[inline]
-    fn traverse<Q: Query>(sections: &Sections<'_>, vectors: SimdLevel, query: &mut Q) {
+    fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q) {
         if !sections.words().is_empty() {
-            traverse(Packed::<F>::of(sections), vectors.without_avx512(), query);
+            traverse(Packed::<F>::of(sections), simd_level.without_avx512(), query);
         }
     }
 
     #[inline]
     fn traverse_each<Q: Query>(
         sections: &Sections<'_>,
-        vectors: SimdLevel,
+        simd_level: SimdLevel,
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
         finish: impl FnMut(usize, &Q),
     ) {
-        traverse_each(Packed::<F>::of(sections), vectors.without_avx512(), count, start, finish);
+        traverse_each(Packed::<F>::of(sections), simd_level.without_avx512(), count, start, finish);
     }
 
     fn check(sections: &Sections<'_>) -> Result<Statistics, u32> {
@@ -185,17 +185,17 @@ fn check<F: Form>(words: &[u32], triangle_count: u32) -> Option<Statistics> {
     if words.len() > most_words::<F>() {
         return None;
     }
-    let place_of = |link| link & F::PLACE;
+    let offset_of = |link| link & F::OFFSET;
     let start = HEAD_WORDS as u32;
     let checked =
-        check_depth_first::<MOST>(*words.first()?, start, place_of, |link, depth, links| {
+        check_depth_first::<MOST>(*words.first()?, start, offset_of, |link, depth, links| {
             if link & LEAF != 0 {
                 let (words, references) = F::check(words, link, triangle_count)?;
-                return Some(depth_first::Node::Leaf { words: words as u32, references });
+                return Some(depth_first::CheckedNode::Leaf { words: words as u32, references });
             }
             let (node, words) = F::node_at(words, link).filter(|_| depth + 1 < MAX_DEPTH)?;
             links.follow(node.links.into_iter().filter(|&child| child != EMPTY))?;
-            Some(depth_first::Node::Inner { words: words as u32 })
+            Some(depth_first::CheckedNode::Inner { words: words as u32 })
         });
     let (statistics, end) = checked?;
     let rest = words.get(end as usize..)?;

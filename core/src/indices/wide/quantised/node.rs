@@ -121,7 +121,7 @@ fn first_above(x: f32, anchor: f32, step: f32) -> u16 {
 mod tests {
     use super::*;
 
-    /// Boxes of all sizes at all places, flat ones among them, one to eight a node.
+    /// Boxes of all sizes at all corners_of, flat ones among them, one to eight a node.
     fn each_node(mut check: impl FnMut(&[Aabb], &QuantisedNode)) {
         const SIZES: [f32; 10] = [0.0, 1e-45, 1e-38, 3e-9, 0.1, 1.0, 777.7, 1e6, 2.6e8, 1e38];
         let number = |i: usize| SIZES[i % SIZES.len()] * ((i * i % 7) as f32 - 3.0) / 1.7;

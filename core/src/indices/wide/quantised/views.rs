@@ -46,7 +46,7 @@ pub(super) trait Unpack: Lanes {
     fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates;
 }
 
-/// With all bits set in lanes behind the last that is used, whose number is the place.
+/// With all bits set in lanes behind the last that is used, whose number is the offset.
 pub(super) const UNUSED: [[u16; LANES]; LANES] = {
     let mut masks = [[FAR; LANES]; LANES];
     let mut last = 0;
@@ -80,8 +80,8 @@ impl Unpack for Portable {
         for (row, numbers) in leaf.iter_mut().enumerate().take(9) {
             let (corner, axis) = (row / 3, row % 3);
             for (lane, number) in numbers.iter_mut().enumerate() {
-                let place = CHUNK_HEAD + corner_at(chunk, corner, lane) + axis * count;
-                *number = chunk[place % CHUNK_WORDS];
+                let offset = CHUNK_HEAD + corner_at(chunk, corner, lane) + axis * count;
+                *number = chunk[offset % CHUNK_WORDS];
             }
         }
         leaf

@@ -72,7 +72,7 @@ pub(crate) const DISTANCE: f32 = 80.0 * R;
 pub(crate) const ROUNDED: f32 = 8.271_806e-25; // 2^-80
 
 /// Arithmetic for the walk of a ray through a tree.
-pub(crate) enum Way {
+pub(crate) enum PreparedRay {
     /// Lanes of `f32`.
     Lanes(LaneRay),
     /// Single boxes and triangles in `f64`, because the bounds of lanes do not hold.
@@ -81,7 +81,7 @@ pub(crate) enum Way {
     Missed,
 }
 
-impl Way {
+impl PreparedRay {
     /// Prepares a ray for a scene whose largest coordinate is given. `may_hit` is called only for a ray with a
     /// component that is 0.
     #[inline(always)]

@@ -10,5 +10,5 @@ pub(crate) mod portable;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) use avx2::Avx2;
-pub(crate) use lanes::{Candidates, FAR, LaneRay, Lanes, Way, key};
+pub(crate) use lanes::{Candidates, FAR, LaneRay, Lanes, PreparedRay, key};
 pub(crate) use portable::Portable;

@@ -118,20 +118,20 @@ impl Neg for Eight {
     }
 }
 
-type Points = [Eight; 3];
+type EightPoints = [Eight; 3];
 
 #[inline(always)]
-fn minus(a: Points, b: Points) -> Points {
+fn minus(a: EightPoints, b: EightPoints) -> EightPoints {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-fn dot(a: Points, b: Points) -> Eight {
+fn dot(a: EightPoints, b: EightPoints) -> Eight {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn cross(a: Points, b: Points) -> Points {
+fn cross(a: EightPoints, b: EightPoints) -> EightPoints {
     let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
