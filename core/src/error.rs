@@ -1,32 +1,32 @@
-//! What can go wrong before the first query: building, and reading an image.
+//! Errors of a build, and of opening the bytes of an index.
 
 use core::fmt;
 
 use crate::input::MeshError;
 
-/// Why an index was not built.
+/// Reason why an index was not built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// The arena is too small; `needed` bytes are enough, exactly.
+    /// The arena is too small. Exactly `needed` bytes are enough.
     ArenaFull {
         /// Bytes that the index needs.
         needed: usize,
-        /// Bytes that were given.
+        /// Bytes of the arena.
         given: usize,
     },
-    /// The scratch is too small; `needed` bytes are enough.
+    /// The scratch is too small. `needed` bytes are enough.
     ScratchFull {
         /// Bytes that the build needs.
         needed: usize,
-        /// Bytes that were given.
+        /// Bytes of the scratch.
         given: usize,
     },
     /// The arena or the scratch does not start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes.
     Misaligned,
     /// The scene's triangles cannot be indexed.
     Mesh(MeshError),
-    /// An index of this kind holds the triangles in a form of its own, so it is not built beside a mesh.
+    /// An index of this kind stores the triangles in a form of its own, so it cannot be built beside a mesh.
     HoldsTriangles {
         /// The kind's name.
         kind: &'static str,
@@ -49,14 +49,14 @@ pub enum BuildError {
     },
     /// An object number is not below the number of triangles.
     ObjectOutOfRange {
-        /// The place of the triangle in the scene.
+        /// The index of the triangle in the scene.
         triangle: u32,
     },
     /// An option is outside its range.
     InvalidOption {
         /// The option's name.
         option: &'static str,
-        /// What it may be.
+        /// The allowed values.
         allowed: &'static str,
     },
 }
@@ -106,61 +106,61 @@ impl From<MeshError> for BuildError {
     }
 }
 
-/// Why bytes are not an index that can be queried.
+/// Reason why bytes are not an index that can be queried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum OpenError {
     /// The bytes do not start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT).
     Misaligned,
-    /// Shorter than the header, or than the header says.
+    /// The bytes are fewer than a header has, or fewer than the header announces.
     Truncated,
-    /// Not an image of this library.
+    /// The bytes do not begin as an index of this library does.
     NotAnIndex,
-    /// Written on a machine of the other byte order.
+    /// The bytes were written on a machine of the other byte order.
     OtherByteOrder,
-    /// Written by another version of the format.
+    /// The bytes were written by another version of the format.
     OtherVersion {
         /// The version found.
         found: u32,
     },
-    /// An image of another representation.
+    /// The bytes hold an index of another kind.
     OtherKind {
         /// The kind expected; see [`crate::kinds::Representation::FORMAT`].
         expected: u32,
         /// The kind found.
         found: u32,
     },
-    /// The image holds a kind that was left out of this build.
+    /// The bytes hold an index of a kind that was left out of this build.
     KindLeftOut {
         /// The feature of this crate that compiles it in.
         feature: &'static str,
     },
-    /// The image holds a kind that this version does not know.
+    /// The bytes hold an index of a kind that this version does not know.
     UnknownKind {
         /// The kind found.
         found: u32,
     },
-    /// The index was built beside a mesh, without which it has no triangles: see
+    /// The index was built beside a mesh, and has no triangles without that mesh. Open it with
     /// [`crate::Index::from_bytes_beside`].
     MeshMissing,
-    /// The index has its triangles itself, and takes no mesh: see [`crate::Index::from_bytes`].
+    /// The index holds its triangles, and takes no mesh. Open it with [`crate::Index::from_bytes`].
     HasTriangles,
     /// The mesh cannot be indexed.
     Mesh(MeshError),
-    /// The mesh has not as many triangles as the one that the index was built beside.
+    /// The number of triangles in the mesh differs from that of the mesh which the index was built beside.
     OtherMeshLength {
-        /// Triangles of the mesh that it was built beside.
+        /// Triangles of the mesh that the index was built beside.
         expected: u32,
-        /// Triangles of this one.
+        /// Triangles of the mesh given.
         found: usize,
     },
-    /// The mesh has other coordinates than the one that the index was built beside.
+    /// The coordinates of the mesh differ from those of the mesh which the index was built beside.
     OtherMesh,
-    /// A part contradicts another.
+    /// A part of the bytes contradicts another.
     Malformed {
-        /// The part.
+        /// The name of the part.
         part: &'static str,
-        /// Where in the part, counted in its elements.
+        /// The index of the wrong element in that part.
         at: u32,
     },
 }
@@ -170,15 +170,15 @@ impl fmt::Display for OpenError {
         match *self {
             Self::Misaligned => write!(
                 f,
-                "the image must start at a multiple of {} bytes",
+                "the bytes of an index must start at a multiple of {} bytes",
                 crate::memory::ALIGNMENT
             ),
-            Self::Truncated => f.write_str("the image is cut short"),
+            Self::Truncated => f.write_str("the bytes of the index are cut short"),
             Self::NotAnIndex => f.write_str("these bytes are not an index"),
-            Self::OtherByteOrder => f.write_str("the image has the other byte order"),
-            Self::OtherVersion { found } => write!(f, "the image has format version {found}"),
+            Self::OtherByteOrder => f.write_str("the index has the other byte order"),
+            Self::OtherVersion { found } => write!(f, "the index has format version {found}"),
             Self::OtherKind { expected, found } => {
-                write!(f, "the image holds an index of kind {found:#x}, not {expected:#x}")
+                write!(f, "the bytes hold an index of kind {found:#x}, not {expected:#x}")
             }
             Self::KindLeftOut { feature } => write!(
                 f,
@@ -186,14 +186,12 @@ impl fmt::Display for OpenError {
                  turn on the feature {feature} of arboleda"
             ),
             Self::UnknownKind { found } => {
-                write!(f, "the image holds an index of the unknown kind {found:#x}")
+                write!(f, "the bytes hold an index of the unknown kind {found:#x}")
             }
             Self::MeshMissing => {
                 f.write_str("the index was built beside a mesh, and has to be read beside it")
             }
-            Self::HasTriangles => {
-                f.write_str("the index has its triangles itself, and takes no mesh")
-            }
+            Self::HasTriangles => f.write_str("the index holds its triangles, and takes no mesh"),
             Self::Mesh(error) => error.fmt(f),
             Self::OtherMeshLength { expected, found } => write!(
                 f,
@@ -202,7 +200,7 @@ impl fmt::Display for OpenError {
             Self::OtherMesh => {
                 f.write_str("the index was built beside a mesh of other coordinates")
             }
-            Self::Malformed { part, at } => write!(f, "the image is malformed: {part} {at}"),
+            Self::Malformed { part, at } => write!(f, "the index is malformed: {part} {at}"),
         }
     }
 }

@@ -1,8 +1,8 @@
-//! Who runs the branches of a build.
+//! Parallel execution of a build's branches.
 
-/// Runs two pieces of work, at once if it likes.
+/// Fork-join scheduler: runs two closures, possibly in parallel.
 ///
-/// What a build writes does not depend on it, nor on the number of threads behind it.
+/// The bytes that a build writes depend neither on the executor nor on its number of threads.
 ///
 /// # Examples
 /// ```
@@ -26,7 +26,7 @@
 /// assert_eq!(Threads.join(|| 1, || "two"), (1, "two"));
 /// ```
 pub trait Executor: Sync {
-    /// Runs both, in any order or at once, and returns what they return.
+    /// Runs `a` and `b`, in any order or in parallel, and returns both results.
     fn join<A: Send, B: Send>(
         &self,
         a: impl FnOnce() -> A + Send,
@@ -34,7 +34,7 @@ pub trait Executor: Sync {
     ) -> (A, B);
 }
 
-/// One after the other, in the caller's thread.
+/// Executor without parallelism: runs one closure after the other, in the caller's thread.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sequential;
 

@@ -1,17 +1,19 @@
-//! The triangles of a scene, where the caller keeps them.
+//! Triangles in the caller's memory.
 
 use core::fmt;
 
 use crate::Vec3;
 use crate::geometry::Triangle;
 
-/// 2^30: twice as many cluster-tree nodes still have ids below the ones used as marks.
+/// Largest number of triangles: 2^30. A cluster tree has up to twice as many nodes, and all of their ids stay below
+/// the ids that are used as marks.
 pub(crate) const MOST_TRIANGLES: usize = 1 << 30;
 
-/// Triangles that an index is built from, and that one built [beside](crate::Scene::beside) them reads
-/// whenever it answers.
+/// Borrowed triangles, as a list or as an indexed mesh.
 ///
-/// A triangle's id is its place.
+/// An index is built from a mesh. An index built [beside](crate::Scene::beside) the mesh also reads it in every query.
+///
+/// The id of a triangle is its index in the mesh.
 ///
 /// # Examples
 /// ```
@@ -26,13 +28,13 @@ pub(crate) const MOST_TRIANGLES: usize = 1 << 30;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub enum Mesh<'a> {
-    /// One after the other.
+    /// A list of triangles.
     Triangles(&'a [Triangle]),
-    /// By corners that they share.
+    /// An indexed mesh, whose triangles share vertices.
     Indexed {
-        /// The corners. An array of `[f32; 3]` is one of these too: `bytemuck::cast_slice`.
+        /// The positions of the vertices. An array of `[f32; 3]` can be cast to this type with `bytemuck::cast_slice`.
         vertices: &'a [Vec3],
-        /// For each triangle the places of its corners `a`, `b` and `c` among the vertices.
+        /// For each triangle, the indices of its corners `a`, `b` and `c` in `vertices`.
         corners: &'a [[u32; 3]],
     },
 }
@@ -41,7 +43,7 @@ impl<'a> Mesh<'a> {
     /// A mesh without triangles.
     pub const EMPTY: Self = Self::Triangles(&[]);
 
-    /// How many triangles there are.
+    /// The number of triangles.
     #[inline]
     pub const fn len(&self) -> usize {
         match self {
@@ -50,12 +52,12 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// Tells whether there are none.
+    /// Tells whether the mesh has no triangles.
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// A triangle; `None` if there is none, or if a corner of it is none of the vertices.
+    /// The triangle `id`. `None` if there is no such triangle, or if one of its corners is not in `vertices`.
     #[inline]
     pub fn get(&self, id: u32) -> Option<Triangle> {
         match self {
@@ -68,15 +70,16 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// All triangles, by id.
+    /// All triangles, in the order of their ids.
     pub fn iter(self) -> impl Iterator<Item = Triangle> + Clone + use<'a> {
         (0..self.len() as u32).filter_map(move |id| self.get(id))
     }
 
-    /// Refuses what no index can hold.
+    /// Checks that an index can be built from the mesh: the number of triangles, every vertex index, and that all
+    /// coordinates are finite. Cost: linear.
     ///
     /// # Errors
-    /// Any of [`MeshError`]: the first of the triangles that is wrong.
+    /// [`MeshError::TooManyTriangles`], else the error of the first wrong triangle.
     pub fn check(&self) -> Result<(), MeshError> {
         let given = self.len();
         if given > MOST_TRIANGLES {
@@ -104,8 +107,10 @@ impl<'a> Mesh<'a> {
         MeshError::CornerOutOfRange { triangle, corner: corner.unwrap_or(0), vertices }
     }
 
-    /// What tells meshes apart: FNV-1a in 64 bits over the coordinates, 32 bits at a time instead of 8. Nine
-    /// multiplications a triangle. However a mesh is kept, only its triangles count, bit for bit.
+    /// Fingerprint that tells meshes apart: 64-bit FNV-1a over the coordinates, fed 32 bits at a time instead of 8.
+    ///
+    /// Equal triangles, bit for bit, give equal fingerprints, whether as a list or as an indexed mesh. Cost: nine
+    /// multiplications a triangle.
     pub(crate) fn fingerprint(&self) -> u64 {
         let numbers = self.iter().flat_map(|Triangle { a, b, c }| {
             [a, b, c].into_iter().flat_map(|corner| corner.to_array())
@@ -116,29 +121,29 @@ impl<'a> Mesh<'a> {
     }
 }
 
-/// Why triangles cannot be indexed.
+/// Reason why no index can be built from a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshError {
     /// A triangle has an infinite or NaN coordinate.
     NonFiniteVertex {
-        /// The place of the triangle in the scene.
+        /// The index of the triangle.
         triangle: u32,
     },
-    /// A corner of a triangle is none of the vertices.
+    /// A triangle names a vertex that does not exist.
     CornerOutOfRange {
-        /// The place of the triangle in the scene.
+        /// The index of the triangle.
         triangle: u32,
-        /// What it has for the place of a vertex.
+        /// The vertex index that is out of range.
         corner: u32,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
-    /// More triangles than ids; `most` can be indexed.
+    /// The mesh has more triangles than there are ids.
     TooManyTriangles {
-        /// Triangles in the scene.
+        /// The number of triangles.
         given: usize,
-        /// The limit.
+        /// The largest number of triangles that can be indexed.
         most: usize,
     },
 }

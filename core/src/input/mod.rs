@@ -1,4 +1,4 @@
-//! What a caller gives: triangles, options, helpers.
+//! Input of a build and of queries: mesh, scene, options, executor, SIMD level.
 
 mod executor;
 mod mesh;

@@ -1,33 +1,54 @@
-//! How an index is built.
+//! Options of a build.
 
 use crate::error::BuildError;
 
-/// How an index is built. The defaults just work.
+/// Options of a build. The defaults suit most scenes.
+///
+/// Each index reads a part of them, and ignores the others:
+///
+/// | option | read by |
+/// |---|---|
+/// | [`leaf_capacity`](Self::leaf_capacity) | octree, octree-R, BSP tree, binned BVH; kd-tree if the level is given |
+/// | [`level`](Self::level) | octree, octree-R, kd-tree, BSP tree, binned BVH |
+/// | [`proximity`](Self::proximity), [`size_classes`](Self::size_classes) | every hierarchy, in [`crate::clusters::find`] |
+/// | [`resolution`](Self::resolution) | uniform grid |
+/// | [`bvh_build`](Self::bvh_build) | BVH |
+/// | [`cost`](Self::cost) | octree-R, kd-tree, BVH; octree and BSP tree if the level, uniform grid if the resolution is automatic |
+/// | [`work_limit`](Self::work_limit) | all |
+/// | [`float64`](Self::float64) | [`select`](crate::select::select) only |
+///
+/// "BVH" is [`Bvh`](crate::kinds::Bvh), "binned" with [`BvhBuild::Binned`]. The wide, compact and lean BVH read `proximity` and `size_classes` (as
+/// hierarchies) and `work_limit`, nothing else. Every build checks all options, and refuses one that is out of range
+/// also where its index ignores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// A cell with at most this many triangles is not divided. The paper's rule is 12. Fewer means
-    /// fewer triangle tests, more nodes and more bytes. 1 or more.
+    /// The number of triangles up to which a cell or a node is not divided; 1 or more. The default is the paper's, 12.
+    ///
+    /// A smaller capacity means fewer triangle tests, more nodes and more bytes. An automatic kd-tree divides as long as
+    /// the estimated cost falls, whatever the capacity. A binned BVH also divides smaller nodes if that is estimated to pay.
     pub leaf_capacity: u32,
-    /// How often a cell may be divided.
+    /// The highest level of a tree.
     pub level: Level,
-    /// Two primitives of a size class are in one cluster if the gap between their boxes is at most
-    /// this multiple of the class's median box diagonal. Finite and not negative.
+    /// The largest gap within a cluster: two primitives of one size class are in one cluster if the gap between their
+    /// boxes is at most `proximity` times the median box diagonal of that class. Finite and not negative.
     pub proximity: f32,
-    /// The most size classes, 1 to 4. With 1, small objects standing on a large floor are joined
-    /// with it.
+    /// The largest number of size classes, 1 to 4. With 1, small objects that stand on a large floor form one cluster with
+    /// the floor.
     pub size_classes: u32,
-    /// The cells of uniform grids.
+    /// The number of cells of a uniform grid.
     pub resolution: Resolution,
-    /// How bounding volume hierarchies are built.
+    /// The algorithm that builds a BVH.
     pub bvh_build: BvhBuild,
-    /// What a step and a test cost, for the indices that estimate; `None` for what was measured of each,
+    /// The cost model of builds that estimate. `None` takes the model measured for each index,
     /// [`crate::IndexKind::cost_model`].
     pub cost: Option<CostModel>,
-    /// The most steps that a build may take, each a look at one triangle; `None` for any number.
-    /// [`crate::Capacity::steps`] counts them, the same on every machine.
+    /// The largest number of steps of a build; one step is one look at a triangle. `None` means no limit.
+    ///
+    /// A build that takes more returns [`BuildError::TooMuchWork`]. [`crate::Capacity::steps`] says how many steps a build
+    /// takes; the number is the same on every machine.
     pub work_limit: Option<u64>,
-    /// The processors for which [`select`](crate::select::select) weighs. The choice of an index depends on this,
-    /// and nothing else does: each index has the same bytes and gives the same answers.
+    /// The processor that [`select`](crate::select::select) weighs for. Only the choice of an index depends on this
+    /// option: every index has the same bytes and gives the same answers on all processors.
     pub float64: Float64,
 }
 
@@ -38,7 +59,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The defaults, where a constant is needed.
+    /// The defaults, as a constant.
     pub const DEFAULT: Self = Self {
         leaf_capacity: 12,
         level: Level::Automatic,
@@ -51,7 +72,7 @@ impl Options {
         float64: Float64::Hardware,
     };
 
-    /// The model to estimate with; [`crate::Index::build`] has filled in the index's own.
+    /// The cost model of this build. [`crate::Index::build`] has put the index's own model into `cost` if it was `None`.
     pub(crate) fn cost_model(&self) -> CostModel {
         self.cost.unwrap_or_default()
     }
@@ -89,70 +110,79 @@ impl Options {
     }
 }
 
-/// What a step and a test cost, in any unit.
+/// Cost model of a build: the costs of a traversal step and of a triangle test, in any common unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {
-    /// Entering a node.
+    /// Cost of entering a node.
     pub traversal: f64,
-    /// Testing a triangle.
+    /// Cost of testing a triangle.
     pub intersection: f64,
 }
 
 impl CostModel {
-    /// A node costs so many triangle tests.
+    /// The model in which entering a node costs as much as `tests` triangle tests.
     pub const fn tests_per_node(tests: f64) -> Self {
         Self { traversal: tests, intersection: 1.0 }
     }
 }
 
 impl Default for CostModel {
-    /// A node costs as much as a test.
+    /// The model in which entering a node costs as much as one triangle test.
     fn default() -> Self {
         Self::tests_per_node(1.0)
     }
 }
 
-/// The highest level of a hierarchy of cells; the root is level 0.
+/// Highest level of a tree; the root is level 0.
+///
+/// A level of an octree halves three axes, so a kd-tree or a BSP tree may divide three times a level. A binned BVH counts
+/// one division a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Found: division goes on as long as the estimated cost falls, and a tree has at most 16 references a triangle.
+    /// The level is found: division goes on as long as the estimated cost falls. An octree, an octree-R, a kd-tree or a
+    /// BSP tree then has at most 16 references a triangle.
     Automatic,
-    /// Given; 0 to 20. Cells whose division would take the tree beyond 4,096 references a triangle are leaves.
+    /// The level is given: 0 to 20. In an octree, an octree-R, a kd-tree or a BSP tree, a cell is a leaf if its division
+    /// would take the tree beyond 4,096 references a triangle.
     AtMost(u32),
 }
 
-/// How many cells a uniform grid has.
+/// Number of cells of a uniform grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Resolution {
-    /// Found by what it takes to answer some rays: the [scene's](crate::Scene::rays), or a sample.
+    /// The number is found: the density at which probe rays cost least. The probe rays are the
+    /// [scene's](crate::Scene::rays), or a sample.
     Automatic,
-    /// So many nearly cubic cells for each triangle of the group; above 0, at most 1024.
+    /// The number of cells for each triangle of the group, above 0 and at most 1024. Cells are nearly cubic.
     CellsPerTriangle(f32),
-    /// The number of cells in x, y and z; 1 to 65536 on each axis. All three are halved as long as filing would take
-    /// more than 4,096 steps a triangle and 8 a cell, where a step is a cell that the box of a triangle reaches into.
+    /// The number of cells along x, y and z, 1 to 65536 on each axis.
+    ///
+    /// All three are halved as long as filing the triangles would take more than 4,096 steps a triangle plus 8 a cell. A
+    /// step is a cell that the box of a triangle reaches into.
     Cells([u32; 3]),
 }
 
 /// Arithmetic unit for `f64`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Float64 {
-    /// Instructions of the processor.
+    /// `f64` instructions of the processor.
     Hardware,
     /// Library functions, as on a Cortex-M4 and on processors without a floating-point unit.
     Software,
 }
 
-/// How a bounding volume hierarchy is built.
+/// Algorithm that builds a BVH.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BvhBuild {
-    /// From above, by binned surface area.
+    /// Top-down, by the binned surface-area heuristic (SAH).
     Binned,
-    /// By inserting one triangle after the other where the surfaces grow least.
+    /// By insertion: each triangle goes to where the surfaces of the boxes grow least.
     Insertion,
 }
 
-/// Cells of a uniform grid along an axis: their planes stay apart in `f64` whatever the `f32` box.
+/// Largest number of cells of a uniform grid along an axis. With 2^16, planes stay apart in `f64` for every `f32` box.
 pub(crate) const MOST_CELLS_ON_AXIS: u32 = 1 << 16;
 
-/// Cells of 2^-20 of the root: finer than `f32` tells coordinates of the root apart usefully.
+/// Highest level of a tree. Cells of this level have 2^-20 of the root's side: finer cells would not tell `f32`
+/// coordinates in the root apart usefully.
 pub(crate) const MAX_LEVEL: u32 = 20;

@@ -1,14 +1,14 @@
-//! What an index is built from: triangles, and the options.
+//! The scene: triangles, and what is known about them.
 
 use super::Mesh;
 use crate::error::BuildError;
 use crate::geometry::{Ray, Triangle};
 
-/// The triangles of a scene, which whole objects they belong to and which rays it will be asked about where that
-/// is known, and whether an index of them has a copy.
+/// Input of a build: triangles and, optionally, the objects they belong to, rays to be expected, and whether the index
+/// borrows the triangles instead of copying them.
 ///
 /// # Examples
-/// An index beside a mesh that is kept anyway reads the triangles where they lie, and is read back beside them.
+/// An index built beside a mesh reads the triangles where they lie, and is reopened beside the same mesh.
 /// ```
 /// use arboleda::{Block, Index, Mesh, Options, Ray, Scene, Vec3};
 /// use arboleda::kinds::LeanBvh;
@@ -31,70 +31,75 @@ use crate::geometry::{Ray, Triangle};
 pub struct Scene<'a> {
     pub(crate) triangles: Mesh<'a>,
     pub(crate) objects: Option<&'a [u32]>,
-    /// Whether an index has no copy of the triangles.
+    /// True if the index borrows the triangles.
     pub(crate) beside: bool,
     pub(crate) rays: &'a [Ray],
-    /// The number of rays to come, if that is known.
+    /// The number of rays to expect, if known.
     pub(crate) expected_rays: Option<u64>,
 }
 
 impl<'a> Scene<'a> {
-    /// A scene whose primitives, for finding clusters, are its triangles.
+    /// Makes a scene of a list of triangles. The primitives that are clustered are its triangles.
     pub const fn new(triangles: &'a [Triangle]) -> Self {
         Self::of(Mesh::Triangles(triangles))
     }
 
-    /// As [`Scene::new`], of a mesh.
+    /// Makes a scene of a mesh. The primitives that are clustered are its triangles.
     pub const fn of(mesh: Mesh<'a>) -> Self {
         Self { triangles: mesh, objects: None, beside: false, rays: &[], expected_rays: None }
     }
 
-    /// A scene whose primitives are whole objects; see [`Scene::objects`].
+    /// Makes a scene of a list of triangles, whose primitives are whole objects; see [`Scene::objects`].
     pub const fn with_objects(triangles: &'a [Triangle], objects: &'a [u32]) -> Self {
         Self::new(triangles).objects(objects)
     }
 
-    /// The same triangles, with whole objects for primitives: triangle `i` belongs to object `objects[i]`, a
-    /// number below the number of triangles. An object is never divided between clusters.
+    /// Makes whole objects the primitives that are clustered: triangle `i` belongs to object `objects[i]`, a number below
+    /// the number of triangles. An object is never divided between clusters.
     #[must_use]
     pub const fn objects(self, objects: &'a [u32]) -> Self {
         Self { objects: Some(objects), ..self }
     }
 
-    /// The same scene, of whose triangles an index has no copy: it lies beside them, and reads them where the
-    /// caller keeps them. Its answers are the same.
+    /// Makes the index borrow the triangles: it lies beside them, and reads them where the caller keeps them. Its answers
+    /// are the same.
+    ///
+    /// The wide and the compact BVH hold triangles in a form of their own, and are not built beside a mesh.
     #[must_use]
     pub const fn beside(self) -> Self {
         Self { beside: true, ..self }
     }
 
-    /// The same scene, and rays such as it will be asked about: some hundred are enough. The automatic resolution
-    /// of grids and [`select`](crate::select::select) try their choices on them; without any, on a sample of the
-    /// scene's own. No answer depends on them. As the triangles, they live as long as the index that a build returns.
+    /// Gives rays like those that the index will be asked about; some hundred are enough.
+    ///
+    /// The automatic resolution of a uniform grid and [`select`](crate::select::select) choose by the cost of these rays.
+    /// Without any, they choose by a sample of rays that they make. Query results never depend on the rays. The rays are
+    /// borrowed as long as the triangles.
     #[must_use]
     pub const fn rays(self, rays: &'a [Ray]) -> Self {
         Self { rays, ..self }
     }
 
-    /// Tells the approximate number of rays to come. [`select`](crate::select::select) weighs the cost of a build
-    /// against the cost of these rays, and tries more candidates the more rays there are; with `u64::MAX`, all
-    /// candidates. No answer depends on the number.
+    /// Gives the approximate number of rays that the index will be asked about.
+    ///
+    /// [`select`](crate::select::select) weighs the cost of a build against the cost of this many rays, and tries more
+    /// candidates the more rays there are. With `u64::MAX`, it tries all. Query results never depend on the number.
     #[must_use]
     pub const fn expecting(self, rays: u64) -> Self {
         Self { expected_rays: Some(rays), ..self }
     }
 
-    /// The triangles, by id.
+    /// The triangles.
     pub const fn triangles(&self) -> Mesh<'a> {
         self.triangles
     }
 
-    /// The mesh that an index of the scene lies beside, if it does.
+    /// The mesh that an index of the scene borrows; `None` if the index copies it.
     pub(crate) fn kept(&self) -> Option<Mesh<'a>> {
         self.beside.then_some(self.triangles)
     }
 
-    /// Refuses what no index can hold.
+    /// Checks that an index can be built from the scene.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
         self.triangles.check()?;
         let given = self.triangles.len();

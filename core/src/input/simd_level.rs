@@ -1,8 +1,8 @@
-//! Which vector instructions to use.
+//! SIMD level: the vector instructions that queries may use.
 
-/// The vector instructions that queries may use. The answers and the counters are the same for all.
+/// Set of vector instructions that queries may use beyond those that the crate is compiled for.
 ///
-/// What the crate is compiled for is always used; a value of this type allows more, found at run time.
+/// Answers and counters are the same at every level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SimdLevel {
     avx2: bool,
@@ -11,15 +11,15 @@ pub struct SimdLevel {
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 cpufeatures::new!(avx2, "avx2");
-// What the walk in `wide_bvh::avx512` is compiled for.
+// The instruction sets that the traversal in `wide::dispatch` is compiled for.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 cpufeatures::new!(avx512, "avx2", "avx512f", "avx512vl", "avx512dq", "avx512bw");
 
 impl SimdLevel {
-    /// Nothing beyond what the crate is compiled for.
+    /// The level that allows nothing beyond what the crate is compiled for.
     pub const COMPILED: Self = Self { avx2: false, avx512: false };
 
-    /// Asks the processor, and whether the system keeps the registers.
+    /// Detects what the processor has and the operating system supports. Cost: the answer is cached after the first call.
     pub fn detect() -> Self {
         #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
         let found = Self { avx2: avx2::get(), avx512: avx512::get() };
@@ -28,17 +28,17 @@ impl SimdLevel {
         found
     }
 
-    /// Whether AVX2 may be used.
+    /// Tells whether AVX2 may be used.
     pub const fn has_avx2(self) -> bool {
         self.avx2
     }
 
-    /// Whether AVX-512 may be used: F, VL, DQ and BW.
+    /// Tells whether AVX-512 (F, VL, DQ and BW) may be used.
     pub const fn has_avx512(self) -> bool {
         self.avx512
     }
 
-    /// These, but not AVX-512.
+    /// The same level without AVX-512.
     #[must_use]
     pub const fn without_avx512(self) -> Self {
         Self { avx512: false, ..self }

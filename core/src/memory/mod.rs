@@ -1,4 +1,4 @@
-//! Memory that the caller provides: typed slices carved out of bytes, words appended to them, sorting without more.
+//! Memory that the caller provides: typed slices of bytes, a growing run of words, and a radix sort.
 
 mod arena;
 mod sort;
