@@ -1,10 +1,17 @@
-//! A balanced tree of boxes, for asking what is near.
+//! A balanced binary tree of boxes, for nearest-neighbour searches.
 //!
-//! The boxes are sorted along a Morton curve through their centres and grouped by four; the curve goes by
-//! the rank of a centre on each axis rather than its coordinate, so one box far away, or gaps of very
-//! different size, do not put all others into one place. A complete
-//! binary tree stands on the groups, laid out like a heap: node `i` has the children `2 i` and
-//! `2 i + 1`, the root is 1, the groups are the last level. Nodes without boxes are empty boxes.
+//! ```text
+//!            1               root
+//!        2       3
+//!      4   5   6   7         groups of up to four boxes, in the order of the Morton curve
+//! ```
+//! 1. The boxes are sorted along a Morton curve through their centroids.
+//! 2. They are grouped by four.
+//! 3. A complete binary tree stands on the groups. It is laid out like a heap: node `i` has the children `2 i` and
+//!    `2 i + 1`, the root is 1, the groups are the last level. A node without boxes has an empty box.
+//!
+//! The curve takes the rank of a centroid on each axis, not its coordinate. So one box far away, or gaps of very
+//! different widths, do not put all other boxes into one cell of the curve.
 //!
 //! # Source
 //! Morton order: G. M. Morton 1966; C. Lauterbach et al., *Fast BVH Construction on GPUs*, 2009.
@@ -14,31 +21,34 @@ use bytemuck::{Pod, Zeroable};
 use crate::geometry::Aabb;
 use crate::memory::{Arena, SortBuffer, size_of_slice, sort_by_key, sort_by_upper_half};
 
-/// Boxes in a group: fewer make more nodes, more make more comparisons. 4 to 8 measured alike.
+/// Number of boxes in a group. Fewer make more nodes, more make more comparisons.
+///
+/// # Measured
+/// - 4 to 8 took the same time.
 const GROUP: usize = 4;
 
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct BoxNode {
     pub bounds: Aabb,
-    /// For the users of the tree.
+    /// A value that the user of the tree keeps at the node, or [`BoxTree::NO_MARK`].
     pub mark: u32,
 }
 
-/// A node by its position in the heap.
+/// Id of a node: its index in the heap.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) struct NodeRef(u32);
 
 impl NodeRef {
     pub const ROOT: Self = Self(1);
 
-    /// The node above; none above the root.
+    /// The parent; `None` for the root.
     pub fn parent(self) -> Option<Self> {
         (self.0 > 1).then_some(Self(self.0 / 2))
     }
 }
 
-/// Memory for building a tree and for the tree itself, divided anew for each step:
+/// Memory of a tree and of its build, divided anew for each phase:
 ///
 /// ```text
 /// ranks:  codes u64 | keys u64 | buffer u64
@@ -61,12 +71,12 @@ impl<'a> Scratch<'a> {
         if sorting > nodes { sorting } else { nodes }
     }
 
-    /// All of it, to be divided for a step.
+    /// The whole memory, to be divided for a phase.
     fn arena(&mut self) -> Option<Arena<'_>> {
         Arena::new(&mut *self.bytes)
     }
 
-    /// Keys, and the buffer that sorting them needs, for other sorts while there is no tree.
+    /// Takes keys and a sort buffer for sorts of the user, as long as there is no tree.
     pub fn sorting(&mut self, count: usize) -> Option<(&mut [u64], SortBuffer<'_>)> {
         let mut arena = self.arena()?;
         Some((arena.take(count)?, SortBuffer::take(&mut arena, count)?))
@@ -82,15 +92,15 @@ pub(super) struct BoxTree<'t> {
 }
 
 impl<'t> BoxTree<'t> {
-    /// Names no member.
+    /// The mark that names no member.
     pub const NO_MARK: u32 = u32::MAX;
 
     const fn node_count(count: usize) -> usize {
         2 * count.div_ceil(GROUP).next_power_of_two()
     }
 
-    /// Builds a tree over `members` (indices into `boxes`), sorts them along the curve, and marks
-    /// nothing. `None` if the scratch is too small.
+    /// Builds a tree over `members` (indices into `boxes`), and sorts `members` along the curve. No node has a mark. `None`
+    /// if the scratch is too small.
     pub fn build(
         boxes: &'t [Aabb],
         members: &'t mut [u32],
@@ -102,7 +112,7 @@ impl<'t> BoxTree<'t> {
         let rest = arena.into_rest();
         let mut arena = Arena::new(&mut *rest)?;
         let (keys, buffer) = (arena.take::<u64>(count)?, arena.take::<u64>(count)?);
-        // 1. The rank of each centre on each axis, equal for equal coordinates.
+        // 1. Find the rank of each centroid on each axis; equal coordinates have equal ranks.
         codes.fill(0);
         for axis in 0..3 {
             for ((position, key), &member) in (0_u32..).zip(keys.iter_mut()).zip(members.iter()) {
@@ -122,10 +132,12 @@ impl<'t> BoxTree<'t> {
             }
         }
 
-        // 2. Along the curve.
+        // 2. Sort along the curve.
         let mut buffer = SortBuffer::take(&mut Arena::new(rest)?, count)?;
         sort_by_key(codes, members, &mut buffer);
 
+        // 3. Join boxes upwards.
+        // 3. Join the boxes upwards.
         let nodes = scratch.arena()?.take::<BoxNode>(Self::node_count(count))?;
         nodes.fill(BoxNode { bounds: Aabb::EMPTY, mark: Self::NO_MARK });
         let groups = nodes.len() / 2;
@@ -136,7 +148,7 @@ impl<'t> BoxTree<'t> {
         Some(tree)
     }
 
-    /// Recomputes the box of one node from its children, or its members that `counts` names.
+    /// Recomputes the box of one node from its children, or, for a group, from those members for which `counts` is true.
     fn refresh(&mut self, node: NodeRef, counts: impl Fn(u32) -> bool) {
         let bounds = if let Some((left, right)) = self.children(node) {
             let bounds_of = |child| self.node(child).map_or(Aabb::EMPTY, |n| n.bounds);
@@ -153,8 +165,8 @@ impl<'t> BoxTree<'t> {
         }
     }
 
-    /// Recomputes the boxes from the group at `position` upwards, counting only members that `counts`
-    /// names, and lets `mark` renew the marks.
+    /// Recomputes boxes and marks from the group of the member at `position` on the curve up to the root. Only members for
+    /// which `counts` is true contribute to boxes; `mark` computes the mark of a node.
     pub fn refresh_above(
         &mut self,
         position: usize,
@@ -170,7 +182,7 @@ impl<'t> BoxTree<'t> {
         }
     }
 
-    /// Renews all marks, those of children before their parents'.
+    /// Recomputes all marks, children before parents.
     pub fn mark_all(&mut self, mark: impl Fn(&Self, NodeRef) -> u32) {
         for at in (1..2 * self.groups as u32).rev() {
             let mark = mark(self, NodeRef(at));
@@ -188,7 +200,7 @@ impl<'t> BoxTree<'t> {
         }
     }
 
-    /// The two children, or none for a group.
+    /// The two children; `None` for a group.
     pub fn children(&self, node: NodeRef) -> Option<(NodeRef, NodeRef)> {
         let inner = (node.0 as usize) < self.groups;
         inner.then_some((NodeRef(2 * node.0), NodeRef(2 * node.0 + 1)))
@@ -201,7 +213,7 @@ impl<'t> BoxTree<'t> {
         self.members.get(start..end).unwrap_or(&[])
     }
 
-    /// All members, along the curve.
+    /// All members, in the order of the curve.
     pub fn members(&self) -> &[u32] {
         self.members
     }
@@ -212,16 +224,16 @@ impl<'t> BoxTree<'t> {
     }
 }
 
-/// Bits an axis on the curve.
+/// Bits of a rank on the Morton curve, for each axis.
 const CURVE_BITS: u32 = 21;
 
-/// Bits that sort like the number.
+/// Maps a number to bits that sort like the number.
 fn ascending_bits(x: f32) -> u32 {
     let bits = x.to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
 }
 
-/// Puts two zeros between the lowest 21 bits.
+/// Spreads the lowest 21 bits, with two zeros between neighbours.
 fn spread(x: u64) -> u64 {
     let x = x & 0x1f_ffff;
     let x = (x | x << 32) & 0x001f_0000_0000_ffff;

@@ -1,20 +1,24 @@
-//! The cluster tree: in rounds, the closest two are joined.
+//! Build of the cluster tree: in each round, the closest two nodes are joined.
 //!
 //! ```text
 //! round 1   a b c d e     (b, d) are the closest, then (a, e); c is left over
 //! round 2   c (bd) (ae)   ...
 //! ```
-//! Each round pairs the closest two boxes, then the closest two of the rest, until at most one is
-//! left over, which enters the next round unpaired. So the depth is `ceil(log2 clusters)`. Of two
-//! equally distant pairs, the one with the lower lower id comes first, then the lower higher id.
+//! A round pairs the closest two boxes, then the closest two of the rest, and so on. At most one box is left over; it
+//! enters the next round unpaired. So the depth of the tree is `ceil(log2 clusters)`.
+//!
+//! Ties: of two pairs with equal gaps, the pair whose lower id is lower comes first, then the pair whose higher id is
+//! lower.
 //!
 //! # Without comparing all pairs
-//! Order all pairs by (gap, lower id, higher id). The greedy pairing of a round contains every pair
-//! that is each other's first choice among those left, in whatever order such pairs are taken, and
-//! taking them all is the whole of it. A chain of first choices descends in that order, hence ends in
-//! such a pair (the nearest-neighbour chain of hierarchical clustering); a tree of boxes gives the
-//! first choices. The pairs found are then sorted, so that ids are handed out as the greedy rounds
-//! would.
+//! Order all pairs by (gap, lower id, higher id).
+//!
+//! 1. Two boxes that are each other's first choice, among those that are left, are a pair of the greedy pairing. This
+//!    holds in whatever order such pairs are taken, and taking them until none is left gives the whole pairing.
+//! 2. A chain of first choices (the nearest-neighbour chain of hierarchical clustering) descends in the order of pairs.
+//!    Hence it ends in two boxes that are each other's first choice.
+//! 3. A [`BoxTree`] finds first choices.
+//! 4. The pairs are then sorted, so that they get the ids that the greedy rounds would give them.
 //!
 //! # Source
 //! Aguilera et al., algorithms 1 and 2. Chain: J.-P. Benzécri 1982; F. Murtagh 1983.
@@ -24,7 +28,7 @@ use super::node::{ClusterNode, NodeId};
 use crate::geometry::Aabb;
 use crate::memory::{Arena, size_of_slice, sort_by_key};
 
-/// The scratch that joining `count` clusters needs.
+/// The scratch bytes that joining `count` clusters needs.
 pub(crate) const fn join_bytes(count: usize) -> usize {
     size_of_slice::<Aabb>(count)
         .saturating_add(size_of_slice::<u32>(count).saturating_mul(5))
@@ -33,7 +37,7 @@ pub(crate) const fn join_bytes(count: usize) -> usize {
 
 const NONE: u32 = u32::MAX;
 
-/// Fills `nodes[count..]` with the inner nodes over the leaves `nodes[..count]`, and the parents.
+/// Fills `nodes[count..]` with the inner nodes over the leaves `nodes[..count]`, and sets all parents.
 ///
 /// Cost: near-linear. `None` if the scratch is too small.
 pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) -> Option<()> {
@@ -55,7 +59,7 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
     let mut active_count = count;
     let mut next_id = count as u32;
     while active_count > 1 {
-        // 1. Pair up. Places in `active` ascend like the ids there, so they serve for ties.
+        // 1. Pair up. Indices into `active` ascend like the ids there, so indices decide ties as ids would.
         let ids = active.get(..active_count)?;
         let boxes = boxes.get_mut(..active_count)?;
         for (slot, &id) in boxes.iter_mut().zip(ids) {
@@ -63,10 +67,10 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
         }
         let members = members.get_mut(..active_count)?;
         let partner = partner.get_mut(..active_count)?;
-        // The next round's list is still empty, and serves for the chain.
+        // The next round's list is still empty; it lends its memory to the chain.
         pair_up(boxes, members, partner, next_active, position_of, &mut scratch)?;
 
-        // 2. Sort the pairs by gap; they start out by lower position, and the sort is stable.
+        // 2. Sort the pairs by gap. They start in the order of their lower index, and the sort is stable.
         let (gaps, mut buffer) = scratch.sorting(active_count)?;
         let mut pair_count = 0;
         for (lower, &higher) in (0..).zip(partner.iter()) {
@@ -80,7 +84,7 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
         let pairs = members.get_mut(..pair_count)?;
         sort_by_key(gaps.get_mut(..pair_count)?, pairs, &mut buffer);
 
-        // 3. Join; what is left over has the lowest id of the next round.
+        // 3. Join. The node that is left over is the first of the next round, because it has the lowest id.
         let mut filled = 0;
         if let Some(left_over) = partner.iter().position(|&p| p == NONE) {
             *next_active.get_mut(0)? = *ids.get(left_over)?;
@@ -106,7 +110,8 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
     Some(())
 }
 
-/// Gives each box its partner in the greedy pairing, or `NONE` to the one left over.
+/// Finds the partner of each box in the greedy pairing, by nearest-neighbour chains; `NONE` for the box that is left
+/// over.
 fn pair_up(
     boxes: &[Aabb],
     members: &mut [u32],
@@ -134,7 +139,7 @@ fn pair_up(
         while length > 0 {
             let top = *chain.get(length - 1)?;
             let Some(choice) = first_choice(&tree, partner, top) else {
-                break; // nobody else is single
+                break; // all others have partners
             };
             if length < 2 || *chain.get(length - 2)? != choice {
                 *chain.get_mut(length)? = choice;
@@ -156,7 +161,7 @@ fn pair_up(
     Some(())
 }
 
-/// The lowest member below a node without a partner.
+/// The lowest member below a node that has no partner; `NONE` if there is none.
 fn lowest_single(tree: &BoxTree<'_>, node: NodeRef, partner: &[u32]) -> u32 {
     if let Some((left, right)) = tree.children(node) {
         let mark = |child| tree.node(child).map_or(NONE, |n| n.mark);
@@ -167,8 +172,10 @@ fn lowest_single(tree: &BoxTree<'_>, node: NodeRef, partner: &[u32]) -> u32 {
     }
 }
 
-/// The nearest other box without a partner; of several, the lowest. (Of the pairs with a given box,
-/// at one gap, the one with the lowest other id is also the first by lower, then higher id.)
+/// The first choice of `asker`: the nearest other box without a partner; of several, the lowest.
+///
+/// (Of the pairs of one box that have the same gap, the pair with the lowest other id is also the first by lower, then
+/// higher id.)
 fn first_choice(tree: &BoxTree<'_>, partner: &[u32], asker: u32) -> Option<u32> {
     let bounds = tree.box_of(asker);
     let mut search = NearestSearch { tree, partner, asker, bounds, best: (f64::INFINITY, NONE) };
@@ -182,12 +189,12 @@ struct NearestSearch<'t> {
     partner: &'t [u32],
     asker: u32,
     bounds: &'t Aabb,
-    /// Gap squared and member.
+    /// The squared gap to the best candidate so far, and its member.
     best: (f64, u32),
 }
 
 impl NearestSearch<'_> {
-    /// As deep a recursion as the tree, at most 30 levels.
+    /// Searches below a node, the nearer child first. The recursion is as deep as the tree, at most 30 levels.
     fn visit(&mut self, node: NodeRef) {
         let Some((left, right)) = self.tree.children(node) else {
             for &member in self.tree.group(node) {
@@ -199,7 +206,7 @@ impl NearestSearch<'_> {
             }
             return;
         };
-        // No box below is nearer than the node's, and none has a lower number than its mark.
+        // A bound for all boxes below a child: none is nearer than the child's box, none has a lower id than its mark.
         let bound = |child| {
             let found = self.tree.node(child)?;
             Some(((found.bounds.gap_squared(self.bounds), found.mark), child))

@@ -1,11 +1,11 @@
-//! From triangles to clusters, and from clusters to one binary tree.
+//! Clustering: from triangles to clusters, and from clusters to one binary tree.
 //!
 //! ```text
 //! primitives --size_class--> at most 4 classes --proximity--> connected components = clusters
 //! clusters ----join--------> in rounds, the closest two are joined --> one root
 //! ```
-//! A primitive is a triangle, or a whole object where the scene names objects. No outcome is an
-//! error: one cluster, one per triangle, or none.
+//! A primitive is a triangle, or a whole object where the scene names objects. One cluster, one cluster for each
+//! triangle and no cluster at all are valid results, not errors.
 //!
 //! # Source
 //! F. Cazals, G. Drettakis, C. Puech, *Filtering, Clustering and Hierarchy Construction*, 1995, for
@@ -26,10 +26,10 @@ use crate::memory::{Arena, size_of_slice};
 pub(crate) use join::{join, join_bytes};
 pub use node::{ClusterNode, NodeId};
 
-/// Joining halves the number of nodes in each round, so 2^30 triangles need 30 rounds.
+/// Largest depth of a cluster tree. Joining halves the number of nodes in each round, so 2^30 triangles need 30 rounds.
 pub(crate) const MAX_TREE_DEPTH: usize = 30;
 
-/// A division of the triangles into clusters, numbered by their lowest triangle.
+/// Partition of the triangles into clusters. Clusters are numbered in the order of their lowest triangle.
 #[derive(Debug)]
 pub struct Clusters<'s> {
     order: &'s [u32],
@@ -39,22 +39,22 @@ pub struct Clusters<'s> {
 }
 
 impl Clusters<'_> {
-    /// How many clusters there are.
+    /// The number of clusters.
     pub fn count(&self) -> usize {
         self.ends.len()
     }
 
-    /// How many size classes the primitives fell into; 0 for an empty scene.
+    /// The number of size classes that the primitives fell into; 0 for an empty scene.
     pub fn class_count(&self) -> u32 {
         self.class_count
     }
 
-    /// The size class of each cluster, 0 for the smallest primitives.
+    /// The size class of each cluster; 0 is the class of the smallest primitives.
     pub fn classes(&self) -> &[u32] {
         self.classes
     }
 
-    /// The triangles of each cluster, ascending.
+    /// The triangle ids of each cluster, ascending, in the order of the clusters.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| {
@@ -63,7 +63,7 @@ impl Clusters<'_> {
         })
     }
 
-    /// The triangles of one cluster, ascending; none if there is no such cluster.
+    /// The triangle ids of one cluster, ascending; empty if there is no such cluster.
     pub fn get(&self, cluster: usize) -> &[u32] {
         let start = cluster.checked_sub(1).map_or(Some(0), |before| self.ends.get(before).copied());
         let ends = start.zip(self.ends.get(cluster).copied());
@@ -77,7 +77,7 @@ pub(crate) fn bounds_of(triangles: Mesh<'_>, ids: &[u32]) -> Aabb {
     boxes.fold(Box4::EMPTY, Box4::union).aabb()
 }
 
-/// The bytes of scratch that [`find`] needs for so many triangles.
+/// The scratch bytes that [`find`] needs for `triangle_count` triangles.
 pub const fn scratch_capacity(triangle_count: usize) -> usize {
     size_of_slice::<u32>(triangle_count)
         .saturating_add(division_bytes(triangle_count))
@@ -86,12 +86,13 @@ pub const fn scratch_capacity(triangle_count: usize) -> usize {
 
 /// Finds the clusters of a scene.
 ///
-/// Cost: near-linear, by sorting and a tree of boxes. The result depends on the scene and the
-/// options only.
+/// The result depends on the scene, [`Options::proximity`] and [`Options::size_classes`] only. Cost: near-linear, by
+/// sorting and a tree of boxes.
 ///
 /// # Errors
-/// [`BuildError::ScratchFull`] below [`scratch_capacity`] bytes, [`BuildError::Misaligned`], and
-/// those that tell of the scene or the options.
+/// [`BuildError::ScratchFull`] below [`scratch_capacity`] bytes, [`BuildError::Misaligned`], and the errors of the scene
+/// and the options: [`BuildError::Mesh`], [`BuildError::ObjectsMismatch`], [`BuildError::ObjectOutOfRange`],
+/// [`BuildError::InvalidOption`].
 pub fn find<'s>(
     scene: &Scene<'_>,
     options: &Options,
@@ -109,24 +110,24 @@ pub fn find<'s>(
     Ok(detect(scene, options, classes, arena).ok_or(full)?.0)
 }
 
-/// Scratch that a division of `triangle_count` triangles occupies as long as it is used, without the classes.
+/// Scratch bytes that a partition of `triangle_count` triangles occupies as long as it is used, without the classes.
 pub(crate) const fn division_bytes(triangle_count: usize) -> usize {
     size_of_slice::<u32>(triangle_count).saturating_mul(2)
 }
 
-/// Scratch that the division into a single cluster occupies.
+/// Scratch bytes that the partition into a single cluster occupies.
 pub(crate) const fn whole_bytes(triangle_count: usize) -> usize {
     size_of_slice::<u32>(triangle_count).saturating_add(size_of_slice::<u32>(1))
 }
 
-/// Scratch that [`detect`] needs beside the division.
+/// Scratch bytes that [`detect`] needs in addition to the partition.
 pub(crate) const fn detect_bytes(count: usize) -> usize {
     size_of_slice::<Aabb>(count)
         .saturating_add(size_of_slice::<u32>(count))
         .saturating_add(box_tree::Scratch::bytes(count))
 }
 
-/// The division into a single cluster, none for an empty scene, and the scratch left over.
+/// Makes the partition into a single cluster (none for an empty scene), and returns the scratch that is left.
 pub(crate) fn whole<'s>(
     scene: &Scene<'_>,
     mut arena: Arena<'s>,
@@ -142,8 +143,8 @@ pub(crate) fn whole<'s>(
     Some((Clusters { order, ends, classes: &[], class_count }, arena.into_rest()))
 }
 
-/// The division that `find` describes, and the scratch left over. `None` if the scratch is full. `classes` is
-/// empty if the caller needs none, else as long as there are triangles.
+/// Finds the clusters as [`find`] does, and returns the scratch that is left. `None` if the scratch is too small.
+/// `classes` is empty if the caller needs none, else as long as there are triangles.
 pub(crate) fn detect<'s>(
     scene: &Scene<'_>,
     options: &Options,
@@ -160,13 +161,15 @@ pub(crate) fn detect<'s>(
     Some((Clusters { order, ends, classes, class_count: found.class_count }, rest))
 }
 
+/// Result of [`divide`]: the number of clusters and of size classes.
 struct ClusterCounts {
     cluster_count: u32,
     class_count: u32,
 }
 
-/// Fills the lists, each as long as there are triangles; `classes` may be empty. Earlier steps use `order` and `ends`
-/// for the class of each triangle and for the triangles sorted by size.
+/// Fills the lists of a partition, each as long as there are triangles; `classes` may be empty.
+///
+/// Earlier phases use `order` for the class of each primitive, and `ends` for the primitives sorted by size.
 fn divide(
     scene: &Scene<'_>,
     options: &Options,
@@ -178,7 +181,7 @@ fn divide(
     let triangles = scene.triangles;
     let count = triangles.len();
 
-    // 1. The box of each primitive; an object number that no triangle has keeps the empty box.
+    // 1. Compute the box of each primitive. An object number that no triangle has keeps the empty box.
     let boxes = arena.take::<Aabb>(count)?;
     boxes.fill(Aabb::EMPTY);
     let primitive_of = |triangle: usize| match scene.objects {
@@ -191,7 +194,7 @@ fn divide(
         }
     }
 
-    // 2. Size classes, then the components of each class.
+    // 2. Divide the primitives into size classes, then find the connected components of each class.
     let (class_of, sorted) = (order, ends);
     let component = arena.take::<u32>(count)?;
     for (id, slot) in (0..).zip(component.iter_mut()) {
@@ -214,7 +217,7 @@ fn divide(
         proximity::connect(boxes, members, delta_squared, component, &mut scratch)?;
     }
 
-    // 3. Number the components by their lowest triangle, and list the triangles of each.
+    // 3. Number the components in the order of their lowest triangle, and list the triangles of each.
     let (order, ends) = (class_of, sorted);
     let number_of: &mut [u32] = bytemuck::must_cast_slice_mut(boxes);
     number_of.fill(u32::MAX);

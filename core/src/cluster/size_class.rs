@@ -1,7 +1,7 @@
-//! Size classes: small and large primitives apart.
+//! Size classes: small and large primitives are separated before clustering.
 //!
-//! The box diagonals are sorted; the largest ratios between neighbours, where they are at least
-//! [`LEAST_RATIO`], divide them. On a log scale these are the widest gaps.
+//! The box diagonals are sorted. They are divided at the largest ratios between neighbours, where a ratio is at least
+//! [`LEAST_RATIO`]. On a log scale these are the widest gaps.
 //!
 //! # Source
 //! Cazals, Drettakis and Puech 1995, section 3: their filter divides a histogram of sizes on a log
@@ -13,26 +13,27 @@ use crate::geometry::Aabb;
 use crate::input::Options;
 use crate::memory::{SortBuffer, sort_by_key};
 
-/// A gap in the sizes narrower than this factor does not divide: triangles of one tessellated
+/// Least ratio of two neighbouring sizes that are divided. Triangles of one tessellated object differ by less from one
+/// to the next.
 /// object differ by less from one to the next.
 const LEAST_RATIO: f64 = 2.0;
 
-/// A gap with less than this part of the primitives below it does not divide: the few smallest
-/// triangles of a tessellation (at the pole of a sphere, the lid of a teapot) are no class. Few *large*
-/// primitives are one: a floor may be two triangles.
+/// Divisor for the least number of primitives below a gap: a gap with less than one in `LEAST_PART_BELOW` of the
+/// primitives below it does not divide. The few smallest triangles of a tessellation (at the pole of a sphere, the lid
+/// of a teapot) are no class. Few *large* primitives are a class: a floor may be two triangles.
 const LEAST_PART_BELOW: usize = 100;
 
-/// A run of the sorted primitives.
+/// Size class: a run of the sorted primitives.
 #[derive(Clone, Copy)]
 pub(super) struct SizeClass {
-    /// One past its last primitive in the sorted order.
+    /// The end of the run in the sorted order.
     pub end: usize,
     /// The square of the median box diagonal.
     pub typical_size_squared: f64,
 }
 
-/// Sorts the non-empty boxes by diagonal into `sorted` and divides them; at most
-/// `options.size_classes` classes, the smallest primitives first.
+/// Sorts the non-empty boxes by diagonal into `sorted` and divides them into at most `options.size_classes` classes, the
+/// smallest primitives first.
 pub(super) fn divide(
     boxes: &[Aabb],
     options: &Options,
@@ -40,7 +41,7 @@ pub(super) fn divide(
     sorted: &mut [u32],
     buffer: &mut SortBuffer<'_>,
 ) -> ArrayVec<SizeClass, 4> {
-    // The bits of non-negative floats sort like the floats.
+    // 1. Sort by diagonal. The bits of non-negative floats sort like the floats.
     let mut count = 0;
     for (id, bounds) in (0..).zip(boxes) {
         if !bounds.is_empty()
@@ -56,7 +57,7 @@ pub(super) fn divide(
     };
     sort_by_key(keys, sorted, buffer);
 
-    // The widest gaps: (ratio of squares, first position above), the lower of two equal ones.
+    // 2. Find the widest gaps, as (ratio of squares, index of the first primitive above); of equal ones, the lowest.
     let mut gaps = ArrayVec::<(f64, usize), 4>::new();
     let pairs = keys.iter().zip(keys.iter().skip(1)).zip(1..);
     for ((&below, &above), position) in pairs {
@@ -66,7 +67,7 @@ pub(super) fn divide(
             continue;
         }
         let ratio = above / below;
-        // Carried to its position, and what was there to the next: `Vec::insert` could panic.
+        // Insertion sort, wider gaps first. `Vec::insert` could panic.
         let mut carried = (ratio, position);
         let wider = gaps.iter().take_while(|gap| gap.0 >= ratio).count();
         for gap in gaps.iter_mut().skip(wider) {
@@ -78,6 +79,7 @@ pub(super) fn divide(
         }
     }
 
+    // 3. Divide at the gaps.
     let mut classes = ArrayVec::new();
     let mut start = 0;
     while start < count {

@@ -1,11 +1,11 @@
-//! Typed slices out of caller-provided bytes.
+//! Typed slices of caller-provided bytes.
 
 use bytemuck::{Pod, Zeroable};
 
-/// Where an arena, a scratch and every section of an image start: a cache line.
+/// Alignment in bytes of an arena, of a scratch and of each section of an index: a cache line.
 pub const ALIGNMENT: usize = 64;
 
-/// 64 aligned bytes: the unit of which callers make arenas.
+/// Block of 64 aligned bytes: the unit of which callers make arenas and scratches.
 ///
 /// # Examples
 /// ```
@@ -22,31 +22,32 @@ impl Block {
     /// A block of zeros.
     pub const ZERO: Self = Self([0; ALIGNMENT]);
 
-    /// How many blocks hold `bytes` bytes.
+    /// The number of blocks that hold `bytes` bytes.
     pub const fn count(bytes: usize) -> usize {
         bytes.div_ceil(ALIGNMENT)
     }
 
-    /// The bytes of some blocks.
+    /// The bytes of `blocks`, as an arena or a scratch.
     pub fn bytes(blocks: &mut [Self]) -> &mut [u8] {
         bytemuck::must_cast_slice_mut(blocks)
     }
 }
 
-/// A value that starts at a multiple of [`ALIGNMENT`] bytes, as an image must: see
+/// Value that starts at a multiple of [`ALIGNMENT`] bytes, as the bytes of an index must. See
 /// [`include_index!`](crate::include_index).
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Aligned<T: ?Sized>(pub T);
 
-/// Includes the bytes of a file as `include_bytes!` does, but aligned, so that an index can be opened in place, in ROM:
-/// a `&'static [u8]`.
+/// Includes the bytes of a file as a `&'static [u8]`, as `include_bytes!` does, but aligned.
+///
+/// An index is opened there without a copy, for example in ROM.
 ///
 /// # Examples
 /// ```
 /// use arboleda::{AnyIndex, OpenError, include_index};
 ///
-/// // Written by `as_bytes`; here just any file.
+/// // Usually a file written from `as_bytes`; this example takes any file.
 /// static BYTES: &[u8] = include_index!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/lib.rs"));
 /// assert!(BYTES.as_ptr().addr().is_multiple_of(arboleda::custom::ALIGNMENT));
 /// assert_eq!(AnyIndex::from_bytes(BYTES).err(), Some(OpenError::NotAnIndex));
@@ -59,29 +60,29 @@ macro_rules! include_index {
     }};
 }
 
-/// `bytes` rounded up to a multiple of [`ALIGNMENT`]; saturates.
+/// Rounds `bytes` up to a multiple of [`ALIGNMENT`]; saturates.
 pub(crate) const fn padded(bytes: usize) -> usize {
     bytes.saturating_add(ALIGNMENT - 1) & !(ALIGNMENT - 1)
 }
 
-/// The bytes that `Arena::take::<T>(count)` uses up.
+/// The number of bytes that `Arena::take::<T>(count)` uses up.
 pub(crate) const fn size_of_slice<T>(count: usize) -> usize {
     padded(count.saturating_mul(size_of::<T>()))
 }
 
-/// Hands out aligned slices of a byte slice, front to back.
+/// Allocator that hands out aligned slices of a byte slice, front to back.
 pub(crate) struct Arena<'a> {
     rest: &'a mut [u8],
 }
 
 impl<'a> Arena<'a> {
-    /// Takes over bytes that start at a multiple of [`ALIGNMENT`]; `None` if they do not.
+    /// Starts with bytes that begin at a multiple of [`ALIGNMENT`]; `None` if they do not.
     pub fn new(bytes: &'a mut [u8]) -> Option<Self> {
         (bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) || bytes.is_empty())
             .then_some(Self { rest: bytes })
     }
 
-    /// The next `count` elements, with whatever the bytes hold; `None` if too few bytes are left.
+    /// Takes `count` elements, whose contents are undefined; `None` if too few bytes are left.
     pub fn take<T: Pod>(&mut self, count: usize) -> Option<&'a mut [T]> {
         if count == 0 {
             return Some(&mut []); // an empty slice of bytes may be misaligned
@@ -95,7 +96,7 @@ impl<'a> Arena<'a> {
         bytemuck::try_cast_slice_mut(bytes).ok()
     }
 
-    /// All that is left.
+    /// The bytes that are left.
     pub fn into_rest(self) -> &'a mut [u8] {
         self.rest
     }

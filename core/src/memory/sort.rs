@@ -1,13 +1,15 @@
 //! A stable radix sort in caller-provided memory.
 //!
-//! The standard library's sort is not used: it may panic where a comparison is inconsistent, and it
-//! is not linear. Eight passes of eight bits, those in which all keys agree are skipped.
+//! LSD radix sort in eight passes of eight bits. A pass is skipped if all keys have the same digit.
+//!
+//! # What lost
+//! - The standard library's sort: it may panic where a comparison is inconsistent, and it is not linear.
 
 use core::ops::Range;
 
 use super::Arena;
 
-/// Room for sorting `count` keys.
+/// Buffer for sorting `count` keys and values.
 pub(crate) struct SortBuffer<'a> {
     keys: &'a mut [u64],
     values: &'a mut [u32],
@@ -19,18 +21,19 @@ impl<'a> SortBuffer<'a> {
     }
 }
 
-/// Sorts `values` by `keys`, as many, at most as many as the buffer was taken for; equal keys keep their order.
+/// Sorts `values` by `keys`, which are as many; equal keys keep their order. The buffer was taken for at least that
+/// number.
 pub(crate) fn sort_by_key(keys: &mut [u64], values: &mut [u32], buffer: &mut SortBuffer<'_>) {
     sort_by_digits(0..8, keys, values, buffer.keys, buffer.values);
 }
 
-/// Sorts `keys` by their upper half; the lower half is a value that moves with it, and equal upper halves keep their
-/// order. `buffer` is at least as long as `keys`.
+/// Sorts `keys` by their upper half. The lower half is a value that moves with it. Equal upper halves keep their order.
+/// `buffer` is at least as long as `keys`.
 pub(crate) fn sort_by_upper_half(keys: &mut [u64], buffer: &mut [u64]) {
     sort_by_digits(4..8, keys, &mut [], buffer, &mut []);
 }
 
-/// Sorts by a range of the keys' digits of eight bits, the lowest first. There are as many `values` as keys, or none.
+/// Sorts by a range of the keys' eight-bit digits, the lowest digit first. There are as many `values` as keys, or none.
 fn sort_by_digits(
     digits: Range<u32>,
     keys: &mut [u64],
@@ -76,7 +79,7 @@ fn sort_by_digits(
         swapped = !swapped;
     }
     if swapped {
-        // `keys` is the buffer now and `other_keys` the caller's.
+        // After an odd number of passes `keys` is the buffer and `other_keys` the caller's slice.
         for (to, from) in other_keys.iter_mut().zip(keys.iter()) {
             *to = *from;
         }

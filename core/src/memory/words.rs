@@ -1,14 +1,14 @@
-//! The words that a local index writes, and the steps that its build takes.
+//! Output of a build: the words it writes, and the steps it counts.
 
 use crate::error::BuildError;
 
-/// A growing run of words that goes on counting where the memory ends.
+/// Growing run of words that goes on counting where the memory ends.
 ///
-/// Building into too little memory, or none, is therefore a dry run: `len` says how much was needed.
-/// A builder must not read back what it wrote.
+/// Building into too little memory, or none, is therefore a dry run: [`Words::len`] is the number of words needed. A
+/// builder must not read back what it wrote.
 ///
-/// A builder also [spends](Words::spend) a step for each triangle that it looks at, so that the work of a build is
-/// a number that is the same on every machine, and can be limited.
+/// A builder [spends](Words::spend) a step for each look at a triangle. So the work of a build is a number that is the
+/// same on every machine, and that can be limited.
 pub struct Words<'a> {
     slots: &'a mut [u32],
     len: usize,
@@ -17,7 +17,7 @@ pub struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    /// An empty run that may fill `slots`, in any number of steps.
+    /// An empty run that may fill `slots`, without a limit of steps.
     pub fn new(slots: &'a mut [u32]) -> Self {
         Self::limited(slots, u64::MAX)
     }
@@ -27,10 +27,10 @@ impl<'a> Words<'a> {
         Self { slots, len: 0, steps: 0, most_steps }
     }
 
-    /// Counts steps: one for each look at a triangle.
+    /// Counts `steps` steps, one for each look at a triangle.
     ///
     /// # Errors
-    /// [`BuildError::TooMuchWork`] if the sum of all steps is more than allowed.
+    /// [`BuildError::TooMuchWork`] if the sum of all steps exceeds the limit.
     #[inline]
     pub fn spend(&mut self, steps: u64) -> Result<(), BuildError> {
         self.steps = self.steps.saturating_add(steps);
@@ -41,17 +41,17 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Steps counted so far.
+    /// The number of steps counted so far.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Steps that are left.
+    /// The number of steps left below the limit.
     pub fn steps_left(&self) -> u64 {
         self.most_steps.saturating_sub(self.steps)
     }
 
-    /// Words written so far, or that would have been.
+    /// The number of words written so far, including those that found no memory.
     pub fn len(&self) -> usize {
         self.len
     }
@@ -69,7 +69,7 @@ impl<'a> Words<'a> {
         offset
     }
 
-    /// Appends several words.
+    /// Appends `words`.
     pub fn extend(&mut self, words: &[u32]) {
         let start = self.len;
         let end = start.saturating_add(words.len());
@@ -81,14 +81,14 @@ impl<'a> Words<'a> {
         self.len = end;
     }
 
-    /// Appends `count` words, to be set later, and returns the offset of the first.
+    /// Appends `count` words, to be [set](Words::set) later, and returns the offset of the first.
     pub fn reserve(&mut self, count: usize) -> usize {
         let offset = self.len;
         self.len = offset.saturating_add(count);
         offset
     }
 
-    /// Appends `count` words and returns them, to be set now, if the memory holds them.
+    /// Appends `count` words and returns them, to be filled now; `None` if the memory does not hold them.
     pub fn append(&mut self, count: usize) -> Option<&mut [u32]> {
         let offset = self.reserve(count);
         self.slots.get_mut(offset..self.len)

@@ -1,8 +1,8 @@
-//! The three questions: which hit is closest, is there any, which are there.
+//! The three queries: closest hit, any hit (occlusion), all hits.
 //!
-//! An index walks its nodes and shows each triangle it comes across to a [`Query`]; the query tests
-//! it exactly and says how far along the ray anything still matters. Which triangles are shown, and
-//! in which order, cannot change the answer: ties go to the lowest id.
+//! An index traverses its nodes and shows every triangle that it comes across to a [`Query`]. The query tests the
+//! triangle exactly, and says up to which `t` hits still matter. The answer does not depend on which further triangles
+//! are shown, nor on their order: of hits at the same `t`, the one with the lowest id wins.
 
 mod counters;
 
@@ -15,69 +15,69 @@ pub use counters::{Count, Counters};
 use crate::geometry::kernel::{self, Intersection, Meeting, Verdict, Volumes, meet, meet_exactly};
 use crate::geometry::{Ray, Triangle, last_parameter};
 
-/// The place of a triangle in the scene it was built from.
+/// Id of a triangle: its index in the scene.
 ///
-/// `u32` rather than `usize`: half the memory in leaves, and the same image on every target.
+/// `u32` rather than `usize`: leaves take half the memory, and an index has the same bytes on every target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct TriangleId(pub u32);
 
-/// Where a ray meets a triangle.
+/// Hit of a ray: the triangle, the parameter along the ray, and the barycentric weights.
 ///
 /// Layout: 16 bytes, aligned to 4, in the order of the fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Hit {
-    /// The triangle; of several at the same `t`, the lowest.
+    /// The triangle. Of several hit at the same `t`, the one with the lowest id.
     pub triangle: TriangleId,
-    /// The `f32` nearest to the exact parameter along the ray; finite.
+    /// The `f32` nearest to the exact parameter along the ray, in lengths of its direction; finite.
     pub t: f32,
-    /// The weight of corner `b`; see [`crate::geometry::kernel::Intersection`].
+    /// The weight of corner `b`, 0 to 1; see [`crate::Intersection`].
     pub u: f32,
-    /// The weight of corner `c`.
+    /// The weight of corner `c`, 0 to 1.
     pub v: f32,
 }
 
 impl Hit {
-    /// Nothing was hit; also to fill buffers with. Names no triangle.
+    /// Placeholder for a ray that hits nothing, and for filling buffers. Names no triangle.
     pub const NONE: Self =
         Self { triangle: TriangleId(u32::MAX), t: f32::INFINITY, u: 0.0, v: 0.0 };
 
-    /// Tells whether nothing was hit.
+    /// Tells whether this is [`Hit::NONE`].
     pub fn is_none(&self) -> bool {
         self.triangle == Self::NONE.triangle
     }
 }
 
-/// All hits of a ray, as far as the caller's buffer holds them.
+/// Hits of a ray, as many as the caller's buffer holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllHits<'h> {
-    /// The hits by `(t, triangle)`, closest first.
+    /// The hits in the order of `(t, triangle)`, closest first.
     pub hits: &'h [Hit],
-    /// Whether there were more, all of them behind the last one here.
+    /// True if the buffer was too short: the hits left out come after the last one in it.
     pub truncated: bool,
 }
 
 /// What an index asks while it walks.
 pub trait Query: sealed::Sealed {
-    /// Whether any hit is enough: then it is told of one that is sure.
+    /// True for an any-hit query. Only these receive [`Query::surely_hit`].
     const ANY: bool = false;
 
-    /// Says that a node is entered.
+    /// Counts a node that the traversal enters.
     fn enter(&mut self);
-    /// The ray that is asked about.
+    /// The ray of the query.
     fn ray(&self) -> &Ray;
-    /// The `t` beyond which nothing matters any more. Never grows.
+    /// The `t` beyond which hits no longer matter. It never grows during a traversal.
     fn last_t(&self) -> f32;
-    /// The parameter that may still be rounded to [`Query::last_t`]; a node is skipped only if it begins
+    /// The largest exact parameter that may still be rounded to [`Query::last_t`]. A node may be skipped only if it begins
     /// beyond.
     #[inline]
     fn last(&self) -> f64 {
         last_parameter(self.last_t())
     }
-    /// Says that so many triangles are tested.
+    /// Counts `count` triangles as tested.
     fn count_tests(&mut self, count: u32);
-    /// Says that some triangle is surely hit; `Break` if that is all there is to know.
+    /// Receives that some triangle is surely hit. Returns `Break` if the answer is then known.
     #[inline]
     fn surely_hit(&mut self) -> ControlFlow<()> {
         ControlFlow::Continue(())
@@ -94,7 +94,7 @@ pub trait Query: sealed::Sealed {
         self.judge(id, triangle, Verdict::InDoubt)
     }
 
-    /// Counts a test, and decides it where the filter does not.
+    /// Tests a triangle: counts it, and decides exactly unless the `f32` filter rejects it.
     #[inline]
     fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         self.count_tests(1);
@@ -105,12 +105,12 @@ pub trait Query: sealed::Sealed {
     }
 }
 
-/// Only the queries of this crate: an index may rely on what they do.
+/// Seal: only the queries of this crate implement [`Query`], and an index may rely on what they do.
 pub(crate) mod sealed {
     pub trait Sealed {}
 }
 
-/// Decides exactly, for a pair that a filter has left in doubt, whether there is a hit up to `t_max`.
+/// Decides exactly, for a ray and a triangle that a filter has left in doubt, whether there is a hit up to `t_max`.
 #[inline]
 fn decided<'p>(
     ray: &'p Ray,
@@ -124,7 +124,7 @@ fn decided<'p>(
     }
 }
 
-/// The closest hit.
+/// Closest-hit query.
 pub(crate) struct Closest<'r, C> {
     ray: &'r Ray,
     count: C,
@@ -227,7 +227,7 @@ impl<C: Count> Query for Closest<'_, C> {
     }
 }
 
-/// Whether anything is hit.
+/// Any-hit query: it ends at the first triangle that is hit.
 pub(crate) struct Occluded<'r, C> {
     ray: &'r Ray,
     count: C,
@@ -290,7 +290,7 @@ impl<C: Count> Query for Occluded<'_, C> {
     }
 }
 
-/// Every hit, closest first, in a buffer that may be too short.
+/// All-hits query. Keeps the closest hits if the buffer is too short.
 pub(crate) struct All<'r, 'h, C> {
     ray: &'r Ray,
     count: C,
@@ -310,7 +310,8 @@ impl<'r, 'h, C: Count> All<'r, 'h, C> {
         AllHits { hits: hits.get(..self.filled).unwrap_or(&[]), truncated: self.truncated }
     }
 
-    /// Keeps the buffer sorted by `(t, id)`. A triangle filed in several cells comes again.
+    /// Inserts a hit into the buffer, which is sorted by `(t, id)`. A triangle that is stored in several cells comes several
+    /// times, and is kept once.
     fn insert(&mut self, mut carried: Hit) {
         let key = (carried.t, carried.triangle);
         let mut slots = self.buffer.iter_mut().take(self.filled).peekable();
@@ -325,7 +326,7 @@ impl<'r, 'h, C: Count> All<'r, 'h, C> {
             *slot = carried;
             self.filled += 1;
         } else {
-            // Only now may the search stop earlier: before, `truncated` was still to be found out.
+            // The buffer was full: only now may the traversal end earlier. Before, it had to find out `truncated`.
             self.truncated = true;
             self.t_max = self.buffer.last().map_or(self.t_max, |hit| hit.t);
         }
