@@ -1,10 +1,10 @@
-//! Deciding by estimated cost: how deep, and which index.
+//! Cost model: estimates for choosing a level, a resolution and an index.
 //!
 //! # Source
-//! J. D. MacDonald, K. S. Booth 1990: the chance that a ray through a cell enters a part of it is the
-//! ratio of their surfaces. K. R. Subramanian, D. S. Fussell, *Automatic Termination Criteria for Ray
-//! Tracing Hierarchies*, 1991: go on dividing as long as the estimated cost of the whole hierarchy
-//! falls.
+//! - J. D. MacDonald, K. S. Booth 1990, the surface-area heuristic (SAH): the probability that a ray through a cell enters
+//!   a part of the cell is the ratio of their surface areas.
+//! - K. R. Subramanian, D. S. Fussell, *Automatic Termination Criteria for Ray Tracing Hierarchies*, 1991: go on dividing
+//!   as long as the estimated cost of the whole hierarchy falls.
 
 mod best_level;
 mod probe;
@@ -18,7 +18,7 @@ pub use weights::Weights;
 
 use crate::input::CostModel;
 
-/// The expected cost of a ray that meets the root.
+/// Estimate of a tree's cost: that of a ray which meets the root.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Estimate {
     model: CostModel,
@@ -30,12 +30,12 @@ impl Estimate {
         Self { model: *model, total: 0.0 }
     }
 
-    /// A node that is entered with this probability.
+    /// Adds a node that a ray enters with this probability.
     pub fn add_node(&mut self, probability: f64) {
         self.total += self.model.traversal * probability;
     }
 
-    /// Tests of so many triangles with this probability.
+    /// Adds `count` triangle tests, which a ray takes with this probability.
     pub fn add_tests(&mut self, probability: f64, count: usize) {
         self.total += self.model.intersection * probability * count as f64;
     }
@@ -45,7 +45,7 @@ impl Estimate {
     }
 }
 
-/// Half the surface of a box with these sides.
+/// Half the surface area of a box whose sides have these lengths.
 pub(crate) fn half_area([x, y, z]: [f64; 3]) -> f64 {
     x * y + y * z + z * x
 }

@@ -1,11 +1,11 @@
-//! Trying a division on rays whose end is known, before any of it is written.
+//! Probe rays: they measure a subdivision before any of it is written, because their hit distances are already known.
 //!
 //! ```text
-//! once:               ray -> closest triangle of the group -> where the ray ends
-//! for each division:  ray -> the nodes it enters up to that end, and how many triangles are in each
+//! once:                 ray -> closest triangle of the group -> the t at which the ray ends
+//! for each subdivision: ray -> the cells it enters up to that t, and the number of triangles in each
 //! ```
-//! What a query takes depends on where its ray ends, and that does not depend on the division. So the number of
-//! triangles in each cell is enough to tell exactly what these rays would take.
+//! The work of a query depends on where its ray ends, and that does not depend on the subdivision. So the number of
+//! triangles in each cell is enough to compute exactly what the probe rays would take.
 
 use core::ops::ControlFlow;
 
@@ -18,7 +18,7 @@ use crate::geometry::{Aabb, Ray, RaySpan, Span, Triangle};
 use crate::input::CostModel;
 use crate::query::{Closest, Counters, Query, TriangleId};
 
-/// A ray of a probe, as far as the closest triangle.
+/// Probe ray, up to its closest hit.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct ProbeRay {
@@ -28,15 +28,15 @@ pub(crate) struct ProbeRay {
     end: f32,
 }
 
-/// The fewest rays to judge by. A group that fewer of the caller's rays pass is tried on rays of its own.
+/// Least number of probe rays. If fewer of the caller's rays meet a group, the group gets a sample of rays instead.
 const FEWEST: usize = 32;
-/// The most rays to judge by.
+/// Largest number of probe rays.
 const MOST: usize = 384;
-/// The most of the caller's rays that are looked at for one group: ten times what it is tried on.
+/// Largest number of the caller's rays that are examined for one group: ten times the number of probe rays.
 const MOST_EXAMINED: usize = 4096;
 
-/// How many rays a group of so many triangles is tried on: enough that another choice of them changes little,
-/// and few beside the triangles that are filed for each probe.
+/// The number of probe rays for a group of `triangle_count` triangles. They are so many that another choice of them
+/// changes little, and few beside the triangles that are filed for each subdivision.
 pub(crate) const fn ray_count(triangle_count: usize) -> usize {
     match triangle_count {
         0..FEWEST => FEWEST,
@@ -45,7 +45,7 @@ pub(crate) const fn ray_count(triangle_count: usize) -> usize {
     }
 }
 
-/// Rays through a group.
+/// Probe rays of a group.
 pub(crate) struct Probe<'s> {
     bounds: Aabb,
     rays: &'s [ProbeRay],
@@ -53,9 +53,11 @@ pub(crate) struct Probe<'s> {
 }
 
 impl<'s> Probe<'s> {
-    /// Fills `room` with rays for some triangles: those of the rays `given` that meet their box, evenly, or where
-    /// there are too few of them a sample; `find` finds the closest hit of each. After `most_tests` triangle tests no
-    /// more rays are taken.
+    /// Fills `room` with probe rays of some triangles in the box `bounds`.
+    ///
+    /// 1. Of the rays `given`, those that meet the box are taken, evenly.
+    /// 2. If they are fewer than `FEWEST`, a [sample](sample::for_each_ray) is taken instead.
+    /// 3. `find` finds the closest hit of each. After `most_tests` triangle tests, no more rays are taken.
     pub fn new(
         triangles: impl Iterator<Item = Triangle> + Clone,
         bounds: &Aabb,
@@ -94,12 +96,12 @@ impl<'s> Probe<'s> {
         Self { bounds: *bounds, rays: room.get(..count).unwrap_or(&[]), steps }
     }
 
-    /// The cells entered and triangles tested to find out where the rays end.
+    /// The number of cells entered and triangles tested to find out where the rays end.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// What the rays take together, where `walk` shows a query the part of a ray that lies in the box.
+    /// The cost of all probe rays together. `walk` shows a query the part of a ray that lies in the box.
     pub fn cost(
         &self,
         model: &CostModel,
@@ -119,7 +121,7 @@ impl<'s> Probe<'s> {
     }
 }
 
-/// Shows the part of a ray that may lie in a box, if any does.
+/// Shows the part of a ray that may lie in a box, if there is one.
 fn clipped(ray: &Ray, bounds: &Aabb, show: impl FnOnce(&RaySpan, Span)) {
     let ray = RaySpan::new(ray);
     let span = ray.clip(bounds, ray.whole());
@@ -128,7 +130,7 @@ fn clipped(ray: &Ray, bounds: &Aabb, show: impl FnOnce(&RaySpan, Span)) {
     }
 }
 
-/// A query whose answer is known: it only counts.
+/// Query whose answer is known, and which only counts.
 pub(crate) struct CountingQuery<'r> {
     ray: &'r Ray,
     end: f32,

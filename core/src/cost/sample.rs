@@ -1,29 +1,40 @@
-//! Rays to try indices on, where the caller has none.
+//! Sample of rays, for scenes without rays of the caller.
 //!
 //! ```text
-//! two thirds:  --|-->box|-->   all lines that meet the box, evenly: most pass by what is in it
-//! one third:   -------> __     light from outside the box that would reach a point on the front of a triangle
+//! two thirds:  --|-->box|-->   lines through the box, evenly: most pass by what is in it
+//! one third:   -------> __     light from outside the box towards a point on the front of a triangle
 //! ```
-//! Triangles are taken evenly by area, points and directions from one sequence that fills the cube evenly, so a few
-//! hundred rays are enough. Only `+ - * / sqrt`, so the rays are the same bits everywhere.
+//! 1. Lines: a point on the faces of the box, evenly by area, and a direction from there into the box, by the cosine.
+//! 2. Light: a point on the triangles, evenly by area, and a direction towards its front, by the cosine.
+//! 3. Both kinds of ray begin outside the box.
+//!
+//! Points and directions come from one low-discrepancy (quasirandom) sequence, so a few hundred rays are enough. Only
+//! `+ - * / sqrt` are used, so the rays are the same bits on every machine.
 
 use crate::Vec3;
 use crate::geometry::{Aabb, Ray, Triangle};
 
-/// Of each so many rays one is light that reaches a triangle.
+/// Divisor: one ray of `ONE_OF` is light that reaches a triangle.
 ///
-/// Measured by how much more than the best density the automatic density of grids costs on the rays of 3,000 photons.
-/// With a third it is at most 3% on the built-in scenes but one: 45% in one grid over both clusters of figure 3, whose
-/// light does not send photons through the space between. On 512 of these photons' rays, given, it is 4% at most.
+/// # Measured
+/// The measure is how much more the automatic density of grids costs than the best density, on the rays of 3,000 photons.
+/// - With a third of light, at most 3% on the built-in scenes, but for one: 45% in one grid over both clusters of figure
+///   3, whose light does not send photons through the space between.
+/// - On 512 of these photons' rays, given by the caller, at most 4%.
+/// - Bounces of the light in addition changed little.
 ///
-/// What lost, with one grid over the scene: lines alone, 60 times as much where the clusters of figure 3 are 1,000
-/// times their size apart; half lines, half light, and light alone, 51% on figure 2, where most photons hit nothing;
-/// light that reaches triangles by number, and its bounces, 39% on figure 4(d), where the floor has few triangles;
-/// lines, and for half of the rays bounces from triangles, 64 in all and drawn at random, 52% on figure 2 and 35% on
-/// figure 4(d). Bounces of the light beside it changed little.
+/// # What lost
+/// With one grid over the scene:
+/// - Lines alone: 60 times as much where the clusters of figure 3 are 1,000 times their size apart.
+/// - Half lines, half light: 51% on figure 2, where most photons hit nothing.
+/// - Light alone: 51% on figure 2.
+/// - Light that reaches triangles evenly by number, and its bounces: 39% on figure 4(d), where the floor has few
+///   triangles.
+/// - Lines, and for half of the rays bounces from triangles, 64 in all and drawn at random: 52% on figure 2 and 35% on
+///   figure 4(d).
 const ONE_OF: u32 = 3;
 
-/// Shows about `count` rays for some triangles; none for no triangles. Cost: three times through the triangles.
+/// Shows about `count` rays for some triangles; none for no triangles. Cost: three passes over the triangles.
 pub(crate) fn for_each_ray(
     triangles: impl Iterator<Item = Triangle> + Clone,
     count: u32,
@@ -36,21 +47,21 @@ pub(crate) fn for_each_ray(
     let mut points = QuasirandomPoints::default();
     let beyond = libm::sqrt(bounds.diagonal_squared()) as f32;
     let mut show_from_outside = |at: Vec3, direction: Vec3| {
-        // A NaN or an infinity makes no ray.
+        // A direction or an origin that is NaN or infinite makes no ray, and is passed over.
         if let Some(direction) = direction.try_normalize()
             && let Ok(ray) = Ray::new(at - direction * beyond, direction)
         {
             show(&ray);
         }
     };
-    // 1. Lines through the box.
+    // 1. Lines through the box, begun `beyond` before the face.
     let arriving = count / ONE_OF;
     for _ in arriving..count {
         let [face, a, b, z, turn] = points.next();
         let (at, inwards) = on_face(&bounds, face, a, b);
         show_from_outside(at, inwards + on_sphere(z, turn));
     }
-    // 2. Light that reaches triangles, evenly by area.
+    // 2. Light: every `step` of the summed area, a point of the triangle that the sum has reached.
     let whole: f64 = triangles.clone().map(|triangle| area(&triangle)).sum();
     let step = whole / f64::from(arriving);
     let mut next = 0.5 * step;
@@ -68,7 +79,8 @@ pub(crate) fn for_each_ray(
     }
 }
 
-/// A point on the faces of a box, evenly by area, and the direction from there into the box.
+/// Maps three numbers from 0 to 1 to a point on the faces of a box, evenly by area. Returns the point, and the direction
+/// from there into the box.
 fn on_face(bounds: &Aabb, face: f32, a: f32, b: f32) -> (Vec3, Vec3) {
     let [x, y, z] = bounds.extent();
     let mut left = f64::from(face) * 2.0 * (y * z + z * x + x * y);
@@ -87,7 +99,7 @@ fn on_face(bounds: &Aabb, face: f32, a: f32, b: f32) -> (Vec3, Vec3) {
         }
         left -= area;
     }
-    // Not `hi - lo`, which may overflow.
+    // Interpolated, because `hi - lo` may overflow.
     (bounds.lo * (Vec3::ONE - shares) + bounds.hi * shares, inwards)
 }
 
@@ -97,7 +109,7 @@ fn area(triangle: &Triangle) -> f64 {
     if area.is_finite() { area } else { 0.0 }
 }
 
-/// A point on the unit sphere, evenly for even `z` and `turn` from 0 to 1; a little off, to do without a cosine.
+/// Maps two numbers from 0 to 1 to a point on the unit sphere, evenly. The cosine is approximated.
 ///
 /// # Source
 /// Bhaskara I, Mahabhaskariya, 7th century: cos(pi x) is about (1 - 4 x^2) / (1 + x^2) from -1/2 to 1/2, within 0.002.
@@ -110,7 +122,9 @@ fn on_sphere(z: f32, turn: f32) -> Vec3 {
     Vec3::new(radius * cosine, radius * sine, z)
 }
 
-/// QuasirandomPoints of the cube of five dimensions, each where the others have left the most room.
+/// Quasirandom sequence of points in the unit cube of five dimensions. Each point lies where the previous ones have left
+/// the most room.
+///
 ///
 /// # Source
 /// M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*, 2018: steps by the powers of 1/p with
@@ -118,10 +132,11 @@ fn on_sphere(z: f32, turn: f32) -> Vec3 {
 #[derive(Default)]
 struct QuasirandomPoints([u32; 5]);
 
+/// Step of each coordinate, as a fraction of 2^32.
 const STEPS: [u32; 5] = [0xe19b_01ab, 0xc6d1_d6c9, 0xaf36_d01f, 0x9a69_443f, 0x8814_03b9];
 
 impl QuasirandomPoints {
-    /// The next point; each coordinate from 0 to 1, without 1.
+    /// Returns the next point; each coordinate from 0 to 1, without 1.
     fn next(&mut self) -> [f32; 5] {
         for (coordinate, step) in self.0.iter_mut().zip(STEPS) {
             *coordinate = coordinate.wrapping_add(step);

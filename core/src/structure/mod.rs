@@ -1,4 +1,4 @@
-//! The contract of an index: what it is built from, what it writes, and how it shows triangles to a query.
+//! The contract of an index: its input, its output, and how it shows triangles to a query.
 //!
 //! ```text
 //! LocalIndex       one group of triangles        octree, grid, kd-tree, BVH, ...
@@ -24,41 +24,42 @@ use crate::memory::Words;
 use crate::query::Query;
 use sections::WORDS_HOLD_TRIANGLES;
 
-/// What an index is, beside what it does: its names, its format and its costs.
+/// Description of an index: names, format number, costs and weights.
 ///
-/// The single source of these: command lines, tables, [`crate::IndexKind`] and [`crate::select`] read them here.
+/// It is the single source of them: command lines, tables, [`crate::IndexKind`] and [`crate::select`] read them here.
 pub trait Described: 'static {
     /// The name of the simple representation, for command lines and tables.
     const NAME: &'static str;
     /// The name of the clustered representation.
     const HIERARCHY_NAME: &'static str;
-    /// The number that tells formats apart, below 2^16, never used again for another format.
+    /// The number of the format, below 2^16. It is never used again for another format.
     const FORMAT: u32;
-    /// What a node costs in triangle tests, for deciding how far to divide, as it was measured;
-    /// [`Options::cost`] overrides it.
+    /// The cost model of builds that estimate: the cost of a node in triangle tests, as measured. [`Options::cost`]
+    /// overrides it.
     const COST: CostModel = CostModel::tests_per_node(1.0);
-    /// Whether what is built goes by [`Scene::rays`](crate::Scene::rays). No answer does.
+    /// True if `build` uses [`Scene::rays`](crate::Scene::rays) as a tuning sample. Query results never depend on the rays.
     const USES_RAYS: bool = false;
-    /// What a query takes on a processor with `f64` in hardware, as it was measured; see [`Weights`].
+    /// The weights of a query on a processor with `f64` in hardware, as measured; see [`Weights`].
     const WEIGHTS: Weights = Weights::UNKNOWN;
-    /// As `WEIGHTS`, on a processor that calculates `f64` in software.
+    /// The weights of a query on a processor that calculates `f64` in software; see [`Weights`].
     const SOFTWARE_WEIGHTS: Weights = Weights::UNKNOWN;
 }
 
-/// A spatial index over one group of triangles, written as a run of `u32` words.
+/// Spatial index over one group of triangles, written as a run of `u32` words.
 ///
-/// It need not decide anything exactly: it shows triangles to a [`Query`], which does. It must show
-/// every triangle that the ray hits in the span, unless the hit lies beyond [`Query::last`] at the time.
+/// It need not decide anything exactly, because it shows triangles to a [`Query`], which decides. It must show every
+/// triangle that the ray hits within the span, unless the hit lies beyond [`Query::last`] at that time.
 pub trait LocalIndex: Described {
-    /// A bound on the scratch bytes that a group of `triangle_count` needs.
+    /// Bounds the scratch bytes that the build for a group of `triangle_count` triangles needs.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
 
-    /// Appends the group's index to `words`, with all links relative to its first word. What is
-    /// written must depend on the arguments only, and not on words read back. The work must be bounded by a multiple
-    /// of `n log n` wherever the triangles lie; [`Words::spend`] counts it.
+    /// Appends the group's index to `words`, with all links relative to its first word.
+    ///
+    /// The words must depend on the arguments only, and not on words read back. The work must be bounded by a multiple of
+    /// `n log n`, wherever the triangles lie; [`Words::spend`] counts it.
     ///
     /// # Errors
-    /// [`BuildError::TooLarge`] if links outgrow their field, [`BuildError::TooMuchWork`] from [`Words::spend`].
+    /// [`BuildError::TooLarge`] if a link does not fit its field, [`BuildError::TooMuchWork`] from [`Words::spend`].
     fn build(
         group: &Group<'_>,
         options: &Options,
@@ -66,7 +67,8 @@ pub trait LocalIndex: Described {
         scratch: &mut [u8],
     ) -> Result<(), BuildError>;
 
-    /// Shows `query` the triangles near the part `span` of the ray, which lies in the group's box.
+    /// Shows `query` the triangles near the part `span` of the ray, which lies in the group's box. Returns `Break` if the
+    /// query did.
     fn traverse<Q: Query>(
         local: &Local<'_>,
         ray: &RaySpan,
@@ -74,29 +76,30 @@ pub trait LocalIndex: Described {
         query: &mut Q,
     ) -> ControlFlow<()>;
 
-    /// Checks everything on which `traverse` relies to end and to stay inside, for any words, and says
-    /// what the index consists of. `None` if something is wrong. Cost: linear.
+    /// Checks everything on which `traverse` relies to end and to stay in bounds, for any words. Returns what the index
+    /// consists of; `None` if something is wrong. Cost: linear.
     fn check(local: &Local<'_>) -> Option<Statistics>;
 }
 
-/// What lies over all clusters and answers queries.
+/// Spatial index over all clusters of a scene.
 ///
-/// Every [`LocalIndex`] is one: an index for each cluster, below the cluster tree. An index that mixes
-/// both in its own nodes implements this instead.
+/// Every [`LocalIndex`] is a structure: one local index for each cluster, below the cluster tree. An index that joins
+/// clusters in its own nodes implements this trait instead.
 pub trait Structure: Described {
-    /// Whether the words hold the triangles, so that the image need not.
+    /// True if the words hold the triangles, so that the index has no section of triangles.
     const HOLDS_TRIANGLES: bool = false;
-    /// True if `build` reads the cluster tree. If false, a dry run makes no tree, and [`DividedScene::nodes`] is empty.
+    /// True if `build` reads the cluster tree. If false, a dry run makes no tree, and [`DividedScene::nodes`] is empty in it.
     const READS_TREE: bool = true;
 
-    /// A bound on the scratch bytes that `triangle_count` triangles need, however they are divided.
+    /// Bounds the scratch bytes that the build for `triangle_count` triangles needs, whatever the clusters.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
 
-    /// Writes the index to `words`, and tells the leaves of the cluster tree which words are theirs. What
-    /// is written must depend on the other arguments only, and not on the executor or on words read back.
+    /// Writes the index to `words`, and writes to each leaf of the cluster tree which words are its own.
+    ///
+    /// The words must depend on the other arguments only, and not on the executor or on words read back.
     ///
     /// # Errors
-    /// [`BuildError::TooLarge`] if links outgrow their field.
+    /// [`BuildError::TooLarge`] if a link does not fit its field, [`BuildError::TooMuchWork`] from [`Words::spend`].
     fn build(
         division: DividedScene<'_>,
         options: &Options,
@@ -105,10 +108,11 @@ pub trait Structure: Described {
         executor: &impl Executor,
     ) -> Result<(), BuildError>;
 
-    /// Shows `query` the triangles near its ray, until it knows the answer.
+    /// Shows `query` the triangles near its ray, until the query knows the answer.
     fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q);
 
-    /// Answers `count` queries, in any order: `start` makes the one of a number, `finish` sees it answered.
+    /// Answers `count` queries, in any order. `start` makes the query of an index, and `finish` receives it when it is
+    /// answered.
     #[inline]
     fn traverse_each<Q: Query>(
         sections: &Sections<'_>,
@@ -124,26 +128,26 @@ pub trait Structure: Described {
         }
     }
 
-    /// Checks everything on which `traverse` relies to end and to stay inside, for any words, and says
-    /// what the index consists of. Cost: linear.
+    /// Checks everything on which `traverse` relies to end and to stay in bounds, for any words. Returns what the index
+    /// consists of. Cost: linear.
     ///
     /// # Errors
     /// The number of the cluster in which something is wrong.
     fn check(sections: &Sections<'_>) -> Result<Statistics, u32>;
 }
 
-/// What an index consists of: a structure over the whole scene, or over its clusters.
+/// Representation of a scene: a structure over the whole scene, or over its clusters.
 ///
-/// Implemented for every [`Structure`] (the *simple* representations) and for [`Clustered`](crate::kinds::Clustered) of it
-/// (the *composite* ones).
+/// Implemented for every [`Structure`] (the paper's *simple* representations), and for
+/// [`Clustered`](crate::kinds::Clustered) of it (the paper's *composite* representations).
 pub trait Representation: 'static {
     /// The structure.
     type Structure: Structure;
-    /// Whether the scene is divided into clusters.
+    /// True if the scene is divided into clusters.
     const CLUSTERED: bool;
     /// The name used on command lines and in tables.
     const NAME: &'static str;
-    /// The number that tells formats apart.
+    /// The number of the format: [`Described::FORMAT`], bit 16 if clustered, bit 17 if the words hold the triangles.
     const FORMAT: u32 = <Self::Structure as Described>::FORMAT
         | (Self::CLUSTERED as u32) << 16
         | if Self::Structure::HOLDS_TRIANGLES { WORDS_HOLD_TRIANGLES } else { 0 };

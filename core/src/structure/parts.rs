@@ -1,4 +1,4 @@
-//! What an index is built from, and what it is read from.
+//! Input of a build, and of a traversal.
 
 use core::ops::ControlFlow;
 
@@ -8,21 +8,21 @@ use crate::geometry::{Aabb, Ray};
 use crate::input::Mesh;
 use crate::query::{Query, TriangleId};
 
-/// A scene that has been divided into clusters.
+/// Scene that has been divided into clusters: the input of a [`Structure`](crate::custom::Structure)'s build.
 pub struct DividedScene<'a> {
     /// All triangles of the scene.
     pub triangles: Mesh<'a>,
-    /// Rays such as the index will be asked about, if that is known.
+    /// Rays like those that the index will be asked about; empty if unknown.
     pub rays: &'a [Ray],
-    /// The clusters; one if they are not asked for.
+    /// The clusters. A representation without clusters has one cluster.
     pub clusters: &'a Clusters<'a>,
-    /// The cluster tree, its leaves first; a leaf's links are the structure's affair. Empty in a dry run of a
-    /// structure that does not [read](crate::custom::Structure::READS_TREE) it.
+    /// The cluster tree, its leaves first. The build sets the links of leaves. Empty in a dry run of a structure that does
+    /// not [read](crate::custom::Structure::READS_TREE) the tree.
     pub nodes: &'a mut [ClusterNode],
 }
 
 impl DividedScene<'_> {
-    /// Tells the leaves of the cluster tree that all words belong to the first: one index over all clusters.
+    /// Gives all `word_count` words to the first leaf of the cluster tree: one index over all clusters.
     pub(crate) fn first_owns(&mut self, word_count: usize) {
         let words = word_count as u32;
         for (at, (leaf, _)) in self.nodes.iter_mut().zip(self.clusters.iter()).enumerate() {
@@ -31,27 +31,27 @@ impl DividedScene<'_> {
     }
 }
 
-/// What a local index is built from.
+/// Group of triangles: the input of a [`LocalIndex`](crate::custom::LocalIndex)'s build.
 #[derive(Clone, Copy)]
 pub struct Group<'a> {
     /// All triangles of the scene.
     pub triangles: Mesh<'a>,
-    /// Rays such as the scene will be asked about, if that is known; they need not come near the group.
+    /// Rays like those that the scene will be asked about; empty if unknown. They need not come near the group.
     pub rays: &'a [Ray],
-    /// Those of the group, ascending; at least one.
+    /// The ids of the group's triangles, ascending; at least one.
     pub ids: &'a [u32],
     /// The smallest box around the group.
     pub bounds: Aabb,
 }
 
-/// A local index to be queried.
+/// Local index of a group, ready for a traversal.
 #[derive(Clone, Copy)]
 pub struct Local<'a> {
     /// All triangles of the scene.
     pub triangles: Mesh<'a>,
     /// The smallest box around the group.
     pub bounds: Aabb,
-    /// What `build` wrote.
+    /// The words that `build` wrote.
     pub words: &'a [u32],
 }
 
@@ -64,18 +64,18 @@ impl<'a> Local<'a> {
         }
     }
 
-    /// One word; 0 past the end.
+    /// The word at offset `at`; 0 past the end.
     #[inline]
     pub fn word(&self, at: u32) -> u32 {
         self.words.get(at as usize).copied().unwrap_or(0)
     }
 
-    /// Shows `query` the triangles that `count` words from `first` name.
+    /// Shows `query` the triangles that the `count` words from offset `first` name.
     #[inline]
     pub fn test<Q: Query>(&self, first: u32, count: u32, query: &mut Q) -> ControlFlow<()> {
         let first = first as usize;
         let ids = self.words.get(first..first.saturating_add(count as usize)).unwrap_or(&[]);
-        // Where they lie: copies of all would cost a bounding volume hierarchy 12% more instructions.
+        // By reference: copying every triangle would cost a BVH 12% more instructions.
         let Mesh::Triangles(triangles) = self.triangles else {
             return self.test_gathered(ids, query);
         };
@@ -87,7 +87,7 @@ impl<'a> Local<'a> {
         ControlFlow::Continue(())
     }
 
-    /// Shows triangles whose corners lie here and there.
+    /// Shows triangles of an indexed mesh, gathered from its vertices.
     #[inline(never)]
     fn test_gathered<Q: Query>(&self, ids: &[u32], query: &mut Q) -> ControlFlow<()> {
         for &id in ids {
@@ -98,7 +98,7 @@ impl<'a> Local<'a> {
         ControlFlow::Continue(())
     }
 
-    /// Tells whether `count` words from `first` are all ids of triangles.
+    /// Tells whether the `count` words from offset `first` exist and are ids of triangles.
     pub fn are_ids(&self, first: u32, count: u32) -> bool {
         let (first, count) = (first as usize, count as usize);
         let ids = self.words.get(first..first.saturating_add(count));

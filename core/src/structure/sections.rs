@@ -1,23 +1,26 @@
-//! The layout of an index in its arena, and the way back from untrusted bytes.
+//! The bytes of an index: layout in the arena, and validation of untrusted bytes.
+//!
 //!
 //! ```text
 //! | header 64 B | triangles 36 B each | cluster tree 36 B a node | words 4 B each |
 //! ```
-//! Each section starts at a multiple of 64 bytes; bytes between are zero. The first `cluster_count`
-//! nodes of the cluster tree are its leaves, in cluster order; an inner node comes after its children;
-//! the root is last. The words hold one local index per cluster, one after the other, or one index over
-//! all clusters, which then belongs to the first. There is no section of triangles where the words hold
-//! them (bit 17 of the kind), or where the index lies beside a mesh that the caller keeps (bit 18). Of such
-//! a mesh the header has a fingerprint.
-//!
-//! Values are in the byte order of the machine that wrote them; another one refuses the image.
+//! - Each section starts at a multiple of 64 bytes; bytes between sections are zero.
+//! - The first `cluster_count` nodes of the cluster tree are its leaves, in the order of the clusters. An inner node comes
+//!   after its children. The root is last.
+//! - The words hold one local index for each cluster, one after the other; or one index over all clusters, whose words
+//!   then belong to the first.
+//! - There is no section of triangles if the words hold them (bit 17 of the kind), or if the index lies beside a mesh that
+//!   the caller keeps (bit 18). The header then has a fingerprint of that mesh.
+//! - Values have the byte order of the machine that wrote them. A machine of the other order refuses the bytes.
 //!
 //! # What validation guarantees
-//! Lengths fit; a mesh is the one that the image was built beside; every link of the cluster tree goes to an
-//! earlier node and is answered by that node's parent link, so the nodes form one tree; each local index is
-//! checked by its own kind.
-//! After that every walk ends and stays inside, whatever the bytes were. Whether the boxes really
-//! hold the triangles is not proven: bytes made up by someone can give wrong answers, not harm.
+//! 1. The lengths fit.
+//! 2. A mesh given has as many triangles, with the same coordinates, as the mesh that the index was built beside.
+//! 3. Every link of the cluster tree goes to an earlier node whose parent link comes back, so the nodes form one tree.
+//! 4. Each local index passes the check of its own kind.
+//!
+//! So every traversal ends and stays in bounds, for any bytes. It is not checked that boxes hold their triangles: forged
+//! bytes that pass can give wrong answers, but cannot panic, loop, or read out of bounds.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -30,12 +33,12 @@ use crate::memory::{ALIGNMENT, padded};
 const MAGIC: u32 = u32::from_le_bytes(*b"ARBL");
 const BYTE_ORDER: u32 = 0x0102_0304;
 const VERSION: u32 = 1;
-/// In a kind: there is no section of triangles.
+/// Bit of a kind: the words hold the triangles, and there is no section of them.
 pub(crate) const WORDS_HOLD_TRIANGLES: u32 = 1 << 17;
-/// In a kind: the triangles are those of a mesh beside the image.
+/// Bit of a kind: the triangles are those of a mesh beside the index.
 pub(crate) const MESH_BESIDE: u32 = 1 << 18;
 
-/// The first 64 bytes of an image.
+/// Header: the first 64 bytes of an index.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Header {
@@ -46,13 +49,13 @@ struct Header {
     triangle_count: u32,
     cluster_count: u32,
     word_count: u32,
-    /// Of the mesh beside, the lower half first; else 0.
+    /// The fingerprint of the mesh beside the index, the lower half first; 0 without a mesh.
     fingerprint: [u32; 2],
     zero: [u32; 7],
 }
 
 impl Header {
-    /// Reads the header of bytes, and checks that they may be an image of this version.
+    /// Reads the header, and checks alignment, magic number, byte order and version.
     fn read(bytes: &[u8]) -> Result<Self, OpenError> {
         if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
             return Err(OpenError::Misaligned);
@@ -75,12 +78,12 @@ impl Header {
     }
 }
 
-/// Reads the kind of an image from its header.
+/// Reads the kind from the header of an index.
 pub(crate) fn format_of(bytes: &[u8]) -> Result<u32, OpenError> {
     Header::read(bytes).map(|header| header.kind)
 }
 
-/// Where the sections of an image lie.
+/// Offsets of the sections, in bytes.
 #[derive(Clone, Copy)]
 pub(crate) struct Layout {
     pub triangles: usize,
@@ -119,13 +122,13 @@ impl Layout {
         (header, triangles, bytemuck::try_cast_slice_mut(nodes).unwrap_or_default())
     }
 
-    /// The length of the image with so many words.
+    /// The length in bytes of an index with `word_count` words.
     pub const fn total(&self, word_count: usize) -> usize {
         self.words.saturating_add(word_count.saturating_mul(size_of::<u32>()))
     }
 }
 
-/// Writes the header into the first bytes of an image.
+/// Writes the header into the first bytes of an index.
 pub(crate) fn encode_header(
     bytes: &mut [u8],
     kind: u32,
@@ -150,19 +153,19 @@ pub(crate) fn encode_header(
     }
 }
 
-/// Two words, the same ones on every machine.
+/// Splits a fingerprint into two words, the lower first on every machine.
 const fn halves(fingerprint: u64) -> [u32; 2] {
     [fingerprint as u32, (fingerprint >> 32) as u32]
 }
 
-/// A finished index as it lies in memory.
+/// Sections of a finished index, borrowed from its bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Sections<'a> {
     bytes: &'a [u8],
     kind: u32,
     triangle_count: u32,
     cluster_count: u32,
-    /// Of the section, or of the mesh beside.
+    /// The triangles of the section, or of the mesh beside the index.
     triangles: Mesh<'a>,
     fingerprint: [u32; 2],
     nodes: &'a [ClusterNode],
@@ -170,7 +173,7 @@ pub struct Sections<'a> {
 }
 
 impl<'a> Sections<'a> {
-    /// An image without triangles, nodes and words.
+    /// The sections of an index without triangles, nodes and words.
     pub(crate) const EMPTY: Self = Self {
         bytes: &[],
         kind: 0,
@@ -182,8 +185,8 @@ impl<'a> Sections<'a> {
         words: &[],
     };
 
-    /// Reads the sections and checks the triangles and the cluster tree; the local indices are their
-    /// kind's affair. Bytes after the image are left alone.
+    /// Reads the sections, and checks the triangles and the cluster tree. The caller checks the local indices. Bytes after
+    /// the index are ignored.
     pub(crate) fn parse(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, OpenError> {
         let sections = Self::view(bytes, mesh)?;
         sections.check_triangles()?;
@@ -191,7 +194,7 @@ impl<'a> Sections<'a> {
         Ok(sections)
     }
 
-    /// Finds the sections; enough for bytes just built.
+    /// Finds the sections by the header, without checking their contents; enough for bytes that were just built.
     pub(crate) fn view(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, OpenError> {
         let header = Header::read(bytes)?;
         let (triangles, clusters) = (header.triangle_count as usize, header.cluster_count as usize);
@@ -229,7 +232,7 @@ impl<'a> Sections<'a> {
         })
     }
 
-    /// The triangles are finite and, beside a mesh, those of the build.
+    /// Checks that the triangles are finite or, beside a mesh, those of the build.
     fn check_triangles(&self) -> Result<(), OpenError> {
         if self.kind & MESH_BESIDE != 0 {
             self.triangles.check().map_err(OpenError::Mesh)?;
@@ -242,6 +245,7 @@ impl<'a> Sections<'a> {
         }
     }
 
+    /// Checks the cluster tree: boxes, links and parents, and that the words of the leaves follow each other.
     fn check_tree(&self) -> Result<(), OpenError> {
         let mut next_word = 0;
         for (at, node) in self.nodes.iter().enumerate() {
@@ -253,7 +257,7 @@ impl<'a> Sections<'a> {
                 return malformed;
             }
             if at < self.cluster_count as usize {
-                // The local indices lie one after the other and fill the words.
+                // The local indices follow each other, and fill the words.
                 if left != next_word || left.checked_add(right).is_none() {
                     return malformed;
                 }
@@ -275,8 +279,8 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// No node lies deeper than the walk's stack reaches. Going up from every leaf takes at most
-    /// `MAX_TREE_DEPTH` steps each.
+    /// Checks that no node lies deeper than the traversal's stack. Going up from each leaf takes at most `MAX_TREE_DEPTH`
+    /// steps.
     fn check_depth(&self) -> Result<(), OpenError> {
         for at in 0..self.cluster_count {
             let mut node = NodeId(at);
@@ -292,34 +296,33 @@ impl<'a> Sections<'a> {
         Ok(())
     }
 
-    /// The whole of it: what to write to a file.
+    /// All bytes of the index: what to write to a file.
     pub fn bytes(&self) -> &'a [u8] {
         self.bytes
     }
 
-    /// Which representation it holds; see [`crate::kinds::Representation::FORMAT`]. Bit 18 tells that it lies beside
-    /// a mesh.
+    /// The representation's [format](crate::kinds::Representation::FORMAT). Bit 18 is set if the index lies beside a mesh.
     pub fn kind(&self) -> u32 {
         self.kind
     }
 
-    /// How many triangles there are.
+    /// The number of triangles.
     pub fn triangle_count(&self) -> u32 {
         self.triangle_count
     }
 
-    /// All words.
+    /// The words of all local indices.
     pub fn words(&self) -> &'a [u32] {
         self.words
     }
 
-    /// The triangles, by id: its own, or the mesh beside; empty if the words hold them.
+    /// The triangles: the section, or the mesh beside the index. Empty if the words hold the triangles.
     #[inline]
     pub fn triangles(&self) -> Mesh<'a> {
         self.triangles
     }
 
-    /// As [`Self::triangles`], for walks that want them where they are.
+    /// The triangles by reference, for traversals that must not copy a [`Mesh`]; see [`Self::triangles`].
     #[inline]
     pub(crate) fn mesh(&self) -> &Mesh<'a> {
         &self.triangles
@@ -330,18 +333,18 @@ impl<'a> Sections<'a> {
         self.nodes
     }
 
-    /// How many of the nodes are leaves.
+    /// The number of leaves of the cluster tree.
     pub fn cluster_count(&self) -> u32 {
         self.cluster_count
     }
 
-    /// One node of the cluster tree.
+    /// The node `id` of the cluster tree; `None` if there is none.
     #[inline]
     pub fn node(&self, id: NodeId) -> Option<&'a ClusterNode> {
         self.nodes.get(id.0 as usize)
     }
 
-    /// The words of a cluster's local index.
+    /// The words of a cluster's local index; empty if the leaf's links lead past the end.
     #[inline]
     pub fn local_words(&self, leaf: &ClusterNode) -> &'a [u32] {
         let [first, count] = leaf.links;
@@ -349,6 +352,7 @@ impl<'a> Sections<'a> {
     }
 }
 
+/// Casts the section of `count` elements that begins at the byte `start`.
 fn section<T: Pod>(bytes: &[u8], start: usize, count: usize) -> Result<&[T], OpenError> {
     if count == 0 {
         return Ok(&[]);

@@ -1,22 +1,22 @@
-//! What an index consists of, in numbers.
+//! Statistics of an index.
 
-/// What an index consists of.
+/// Statistics of an index: the numbers of its nodes and references.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Nodes that have children.
+    /// The number of nodes that have children.
     pub inner_nodes: u64,
-    /// Nodes that hold triangles.
+    /// The number of nodes that hold triangles.
     pub leaves: u64,
-    /// Triangles filed, counting one filed in several leaves several times.
+    /// The number of references to triangles. A triangle that is filed in several leaves has several.
     pub references: u64,
-    /// The most references in one leaf.
+    /// The largest number of references in a leaf.
     pub largest_leaf: u32,
     /// The level of the deepest leaf; the root is level 0.
     pub deepest_level: u32,
 }
 
 impl Statistics {
-    /// Both together.
+    /// Sums up two statistics; largest leaf and deepest level are the larger ones.
     #[must_use]
     pub fn joined(self, other: Self) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl Statistics {
         }
     }
 
-    /// Counts a leaf.
+    /// Counts a leaf with this number of references on this level.
     pub fn add_leaf(&mut self, references: u32, level: u32) {
         self.leaves += 1;
         self.references += u64::from(references);
