@@ -1,23 +1,22 @@
-//! Memory and work of a build, known before it: what is needed at most, and what a dry run counts.
+//! Memory and work of a build: upper bounds, and what a dry run counts.
 
 use crate::cluster;
 use crate::cluster::ClusterNode;
 use crate::memory::{padded, size_of_slice};
 use crate::structure::{Representation, Structure};
 
-/// Memory and work that a build needs.
+/// Memory and work that a build takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capacity {
-    /// For the index: exactly what it will use.
+    /// Bytes of the index, exactly.
     pub index: usize,
-    /// For the build; free again afterwards.
+    /// Bytes of scratch: an upper bound. They are free again after the build.
     pub scratch: usize,
-    /// The work of the build, in looks at a triangle: at most a multiple of `n log n`, wherever the `n` triangles
-    /// lie.
+    /// Steps of the build, in looks at a triangle. At most a multiple of `n log n`, wherever the `n` triangles lie.
     pub steps: u64,
 }
 
-/// Bounds the scratch bytes of a build whose structure needs `structure` bytes of them.
+/// Bounds the scratch bytes of a build whose structure needs `structure` of them.
 pub(crate) const fn scratch_with<R: Representation>(
     triangle_count: usize,
     structure: usize,
@@ -32,7 +31,7 @@ pub(crate) const fn scratch_with<R: Representation>(
     if !R::CLUSTERED {
         return cluster::whole_bytes(triangle_count).saturating_add(nodes.saturating_add(build));
     }
-    // Finding clusters comes first; joining and then building use the same memory again.
+    // The memory of finding clusters is used again for joining them, and then for the build.
     let (detect, join) =
         (cluster::detect_bytes(triangle_count), cluster::join_bytes(triangle_count));
     let later = nodes.saturating_add(if join > build { join } else { build });

@@ -1,13 +1,13 @@
-//! What an index says of itself, as one value for any kind.
+//! Description of an index, as a value for any kind.
 
 use crate::cost::Weights;
 use crate::input::CostModel;
 use crate::structure::{Described, Representation, Structure};
 
-/// The bits of a format that are the family.
+/// Mask of the bits of a format that name the family.
 pub(super) const FAMILY: u32 = 0xffff;
 
-/// What an index says of itself, of any kind.
+/// Description of an index: the constants of [`Described`] and [`Representation`] as a value.
 pub(super) struct Description {
     pub name: &'static str,
     pub family: &'static str,

@@ -1,4 +1,4 @@
-//! What is known of a kind of index, and an index of any kind.
+//! Methods of `IndexKind` and `AnyIndex`.
 
 use super::description::FAMILY;
 use super::registry::FAMILIES;
@@ -11,42 +11,42 @@ use crate::query::{AllHits, Counters, Hit};
 use crate::structure::sections::{MESH_BESIDE, format_of};
 
 impl IndexKind {
-    /// The name on command lines and in tables.
+    /// The name of the kind, on command lines and in tables.
     pub const fn name(self) -> &'static str {
         self.description().name
     }
 
-    /// The name of the simple index, which is the feature that compiles the kind in.
+    /// The name of the family: that of the index without clusters, and the feature that compiles the kind in.
     pub const fn family(self) -> &'static str {
         self.description().family
     }
 
-    /// The number of its format; see [`Representation::FORMAT`].
+    /// The number of the format; see [`Representation::FORMAT`](crate::kinds::Representation::FORMAT).
     pub const fn format(self) -> u32 {
         self.description().format
     }
 
-    /// Whether it holds the triangles in a form of its own, and cannot lie [beside](Scene::beside) them.
+    /// Tells whether the index holds the triangles in a form of its own, and cannot lie [beside](Scene::beside) them.
     pub const fn holds_triangles(self) -> bool {
         self.description().holds_triangles
     }
 
-    /// True if [`Scene::rays`] decide what is built. Query results never depend on them.
+    /// Tells whether [`Scene::rays`] influence what is built. Query results never depend on them.
     pub const fn uses_rays(self) -> bool {
         self.description().uses_rays
     }
 
-    /// Whether it works on clusters.
+    /// Tells whether the kind divides the scene into clusters.
     pub const fn is_clustered(self) -> bool {
         self.description().is_clustered
     }
 
-    /// What a node costs in triangle tests, for deciding how far to divide.
+    /// The cost model of builds that estimate: the cost of a node in triangle tests.
     pub const fn cost_model(self) -> CostModel {
         self.description().cost
     }
 
-    /// What a query takes, on processors with `f64` in hardware or in software.
+    /// The weights of a query, on processors with `f64` in hardware or in software.
     pub const fn weights(self, float64: Float64) -> Weights {
         match float64 {
             Float64::Hardware => self.description().weights,
@@ -54,8 +54,8 @@ impl IndexKind {
         }
     }
 
-    /// The scratch bytes that are enough for `triangle_count` triangles: a proven bound, as
-    /// [`Index::scratch_capacity`], and a constant where it has to be one.
+    /// Bounds the scratch bytes that a build for `triangle_count` triangles needs, as [`Index::scratch_capacity`] does, and
+    /// also in a constant. The bound is proven.
     ///
     /// # Examples
     /// ```
@@ -68,10 +68,10 @@ impl IndexKind {
         self.scratch_bytes(triangle_count, options)
     }
 
-    /// See [`Index::capacity`](crate::Index::capacity).
+    /// Measures the memory and the work of a build, by a dry run; see [`Index::capacity`](crate::Index::capacity).
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`Index::capacity`](crate::Index::capacity).
     pub fn capacity(
         self,
         scene: &Scene<'_>,
@@ -81,10 +81,11 @@ impl IndexKind {
         self.measure(scene, options, scratch, &Sequential)
     }
 
-    /// See [`Index::capacity_with`](crate::Index::capacity_with).
+    /// Measures the memory and the work of a build, with the help of an executor; see
+    /// [`Index::capacity_with`](crate::Index::capacity_with).
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`Index::capacity`](crate::Index::capacity).
     pub fn capacity_with(
         self,
         scene: &Scene<'_>,
@@ -95,10 +96,10 @@ impl IndexKind {
         self.measure(scene, options, scratch, executor)
     }
 
-    /// See [`Index::build`](crate::Index::build).
+    /// Builds an index of this kind in the first bytes of `arena`; see [`Index::build`](crate::Index::build).
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`Index::build`](crate::Index::build).
     pub fn build<'a>(
         self,
         scene: &Scene<'a>,
@@ -109,10 +110,10 @@ impl IndexKind {
         self.build_with(scene, options, arena, scratch, &Sequential)
     }
 
-    /// See [`Index::build_with`](crate::Index::build_with).
+    /// Builds an index of this kind, with the help of an executor; see [`Index::build_with`](crate::Index::build_with).
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`Index::build`](crate::Index::build).
     pub fn build_with<'a>(
         self,
         scene: &Scene<'a>,
@@ -124,18 +125,19 @@ impl IndexKind {
         self.build_counted(scene, options, arena, scratch, executor, &mut 0)
     }
 
-    /// See [`Index::from_bytes`](crate::Index::from_bytes).
+    /// Opens the bytes of an index of this kind; see [`Index::from_bytes`](crate::Index::from_bytes).
     ///
     /// # Errors
-    /// As there.
+    /// Any of [`OpenError`].
     pub fn from_bytes(self, bytes: &[u8]) -> Result<AnyIndex<'_>, OpenError> {
         self.read(bytes, None)
     }
 
-    /// See [`Index::from_bytes_beside`](crate::Index::from_bytes_beside).
+    /// Opens the bytes of an index of this kind that lies beside a mesh; see
+    /// [`Index::from_bytes_beside`](crate::Index::from_bytes_beside).
     ///
     /// # Errors
-    /// As there.
+    /// Any of [`OpenError`].
     pub fn from_bytes_beside<'a>(
         self,
         bytes: &'a [u8],
@@ -146,11 +148,11 @@ impl IndexKind {
 }
 
 impl IndexKind {
-    /// Reads the kind of an image from its header; the rest of the image is not looked at.
+    /// Reads the kind from the header of an index; the rest of the bytes is not read. Cost: constant.
     ///
     /// # Errors
-    /// [`OpenError::KindLeftOut`] for a kind that was left out of the build, [`OpenError::UnknownKind`], and the
-    /// errors of a header: `Misaligned`, `Truncated`, `NotAnIndex`, `OtherByteOrder`, `OtherVersion`.
+    /// - [`OpenError::KindLeftOut`] for a kind that was left out of this build, [`OpenError::UnknownKind`].
+    /// - The errors of a header: `Misaligned`, `Truncated`, `NotAnIndex`, `OtherByteOrder`, `OtherVersion`.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, OpenError> {
         let found = format_of(bytes)? & !MESH_BESIDE;
         if let Some(&kind) = Self::ALL.iter().find(|kind| kind.format() == found) {
@@ -164,8 +166,7 @@ impl IndexKind {
 }
 
 impl<'a> AnyIndex<'a> {
-    /// Takes over bytes that [`RayIndex::as_bytes`](crate::Index::as_bytes) gave, of any kind that is compiled in;
-    /// see [`Index::from_bytes`](crate::Index::from_bytes).
+    /// Opens the bytes of an index of any kind that is compiled in; see [`Index::from_bytes`](crate::Index::from_bytes).
     ///
     /// # Errors
     /// Any of [`OpenError`].
@@ -188,7 +189,7 @@ impl<'a> AnyIndex<'a> {
         IndexKind::of_bytes(bytes)?.from_bytes(bytes)
     }
 
-    /// Takes over bytes of an index of any kind that lies [beside](crate::Scene::beside) a mesh; see
+    /// Opens the bytes of an index of any kind that lies [beside](crate::Scene::beside) a mesh; see
     /// [`Index::from_bytes_beside`](crate::Index::from_bytes_beside).
     ///
     /// # Errors
@@ -198,44 +199,45 @@ impl<'a> AnyIndex<'a> {
     }
 }
 
-/// Queries.
+/// Queries. Each chooses the kind by a branch, and calls the query of [`Index`](crate::Index).
 impl<'a> AnyIndex<'a> {
-    /// See [`Index::as_bytes`](crate::Index::as_bytes).
+    /// The bytes of the index; see [`Index::as_bytes`](crate::Index::as_bytes).
     pub fn as_bytes(&self) -> &'a [u8] {
         self.sections().bytes()
     }
 
-    /// See [`Index::closest_hit`](crate::Index::closest_hit).
+    /// Finds the closest hit; see [`Index::closest_hit`](crate::Index::closest_hit).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.as_ray_index().closest_hit(ray)
     }
 
-    /// See [`Index::occluded`](crate::Index::occluded).
+    /// Tells whether any triangle is hit; see [`Index::occluded`](crate::Index::occluded).
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.as_ray_index().occluded(ray)
     }
 
-    /// See [`Index::closest_hits`](crate::Index::closest_hits).
+    /// Finds the closest hit of each ray; see [`Index::closest_hits`](crate::Index::closest_hits).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         self.as_ray_index().closest_hits(rays, hits);
     }
 
-    /// See [`Index::occluded_each`](crate::Index::occluded_each).
+    /// Tells for each ray whether any triangle is hit; see [`Index::occluded_each`](crate::Index::occluded_each).
     pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
         self.as_ray_index().occluded_each(rays, occluded);
     }
 
-    /// See [`Index::all_hits`](crate::Index::all_hits).
+    /// Finds all hits, sorted by `(t, id)`; see [`Index::all_hits`](crate::Index::all_hits).
     pub fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
         self.as_ray_index().all_hits(ray, buffer)
     }
 
-    /// See [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
+    /// Finds the closest hit and counts the work; see [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
     pub fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
         self.as_ray_index().closest_hit_counted(ray, counters)
     }
 
-    /// See [`Index::occluded_counted`](crate::Index::occluded_counted).
+    /// Tells whether any triangle is hit and counts the work; see
+    /// [`Index::occluded_counted`](crate::Index::occluded_counted).
     pub fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
         self.as_ray_index().occluded_counted(ray, counters)
     }
@@ -249,8 +251,8 @@ mod tests {
     use crate::input::{Options, Scene};
     use crate::memory::Block;
 
-    /// Writes an image of a triangle, with another kind in its header.
-    fn image_of_kind(kind: u32) -> [Block; 8] {
+    /// Builds an index of one triangle, and writes another kind into its header.
+    fn bytes_of_kind(kind: u32) -> [Block; 8] {
         let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
         let (scene, options) = (Scene::new(&triangles), Options::DEFAULT);
         let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
@@ -264,14 +266,14 @@ mod tests {
     fn kinds_that_are_not_here_are_refused_by_name() {
         for &(number, feature) in FAMILIES {
             for kind in [number, number | 1 << 16] {
-                let mut arena = image_of_kind(kind);
+                let mut arena = bytes_of_kind(kind);
                 let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
                 let is_here = IndexKind::ALL.iter().any(|kind| kind.family() == feature);
                 let left_out = Some(OpenError::KindLeftOut { feature });
                 assert!(is_here || error == left_out, "{feature}: {error:?}");
             }
         }
-        let mut arena = image_of_kind(99);
+        let mut arena = bytes_of_kind(99);
         let error = AnyIndex::from_bytes(Block::bytes(&mut arena)).err();
         assert_eq!(error, Some(OpenError::UnknownKind { found: 99 }));
     }

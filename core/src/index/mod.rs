@@ -1,8 +1,14 @@
-//! The seam between those who ask and those who know.
+//! Public entry point: builds an index, opens one from bytes, answers queries.
 //!
-//! [`RayIndex`] is what callers see, [`LocalIndex`](crate::custom::LocalIndex) what an author of an index writes,
-//! and [`Index`] joins the two: one local index over everything, or one for each cluster below a
-//! cluster tree, in one arena. An index that does not keep clusters apart writes a [`Structure`].
+//! ```text
+//! Scene, Options --build--> Index in an arena --as_bytes--> bytes --from_bytes--> Index --query--> hits
+//! ```
+//! - [`Index`] is an index whose kind is known at compile time. It is a [`Structure`] over the whole scene, or over its
+//!   clusters.
+//! - [`AnyIndex`] is an index of any kind, chosen at run time by [`IndexKind`].
+//! - [`RayIndex`] has the queries of both, for generic and `dyn` use.
+//! - [`LocalIndex`](crate::custom::LocalIndex) is what the author of an index implements, or [`Structure`] for an index
+//!   that does not keep clusters apart.
 
 mod capacity;
 mod description;
@@ -33,7 +39,9 @@ use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query}
 use crate::structure::sections::{Layout, MESH_BESIDE, Sections, encode_header};
 use crate::structure::{Described, DividedScene, Representation, Statistics, Structure};
 
-/// An index in an arena.
+/// Index in an arena, of the kind `R`: a marker of [`crate::kinds`].
+///
+/// It is `Copy`: a reference to the bytes in the arena.
 pub struct Index<'a, R> {
     sections: Sections<'a>,
     simd_level: SimdLevel,
@@ -49,18 +57,18 @@ impl<R> Clone for Index<'_, R> {
 impl<R> Copy for Index<'_, R> {}
 
 impl<'a, R: Representation> Index<'a, R> {
-    /// Bounds the scratch bytes for `triangle_count` triangles, as proven. In constants, call
+    /// Bounds the scratch bytes that a build for `triangle_count` triangles needs. The bound is proven. In a constant, call
     /// [`IndexKind::scratch_capacity`](crate::IndexKind::scratch_capacity).
     pub fn scratch_capacity(triangle_count: usize, options: &Options) -> usize {
         scratch_with::<R>(triangle_count, R::Structure::scratch_bytes(triangle_count, options))
     }
 
-    /// The bytes that [`Index::build`] needs: a dry run, in `scratch_capacity` bytes of scratch.
+    /// Measures the memory and the work of a build, by a dry run in `scratch_capacity` bytes of scratch.
     ///
-    /// Cost: as the build.
+    /// Cost: that of the build.
     ///
     /// # Errors
-    /// As [`Index::build`], but never [`BuildError::ArenaFull`].
+    /// The errors of [`Index::build`] but [`BuildError::ArenaFull`].
     pub fn capacity(
         scene: &Scene<'_>,
         options: &Options,
@@ -69,10 +77,10 @@ impl<'a, R: Representation> Index<'a, R> {
         Self::capacity_with(scene, options, scratch, &Sequential)
     }
 
-    /// As [`Index::capacity`], with the help of an executor.
+    /// Measures the memory and the work of a build, as [`Index::capacity`] does, with the help of an executor.
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`Index::capacity`].
     pub fn capacity_with(
         scene: &Scene<'_>,
         options: &Options,
@@ -94,16 +102,15 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// Builds an index of `scene` in the first bytes of `arena`.
     ///
-    /// Both slices start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT); see [`crate::Block`].
-    /// The bytes written depend on the scene and the options only.
+    /// Both slices start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes; see [`crate::Block`]. The bytes
+    /// written depend on the scene and the options only. Cost: at most a multiple of `n log n` for `n` triangles.
     ///
-    /// The index has its own copy of the triangles, unless the scene says that it lies
-    /// [beside](Scene::beside) them. To let go of triangles that were copied, let go of the index too, and
-    /// read its bytes with [`Index::from_bytes`].
+    /// The index has its own copy of the triangles, unless the scene says that it lies [beside](Scene::beside) them. It
+    /// nevertheless borrows `scene`. To drop the triangles, drop the index and reopen the arena with [`Index::from_bytes`].
     ///
     /// # Errors
-    /// Any of [`BuildError`]; [`BuildError::ArenaFull`] says how much would have been enough. The
-    /// arena's contents are then undefined.
+    /// Any of [`BuildError`]. [`BuildError::ArenaFull`] says how many bytes are enough. After an error, the contents of the
+    /// arena are undefined.
     pub fn build(
         scene: &Scene<'a>,
         options: &Options,
@@ -113,13 +120,13 @@ impl<'a, R: Representation> Index<'a, R> {
         Self::build_with(scene, options, arena, scratch, &Sequential)
     }
 
-    /// As [`Index::build`], with the help of an executor; the same bytes.
+    /// Builds an index, as [`Index::build`] does and with the same bytes, with the help of an executor.
     ///
-    /// The wide BVH divides its triangles in branches that may run at once; clusters, and the other
-    /// indices, are built one after the other.
+    /// The wide, compact and lean BVH partition their triangles in branches that may run in parallel. Clusters, and all other
+    /// indices, are built sequentially.
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`Index::build`].
     pub fn build_with(
         scene: &Scene<'a>,
         options: &Options,
@@ -130,8 +137,8 @@ impl<'a, R: Representation> Index<'a, R> {
         Self::build_counted(scene, options, arena, scratch, executor, &mut 0)
     }
 
-    /// Builds as [`Index::build_with`] does, and writes to `steps` the steps taken, also where the structure's build
-    /// fails.
+    /// Builds an index as [`Index::build_with`] does, and writes the number of steps to `steps`, also if the structure's
+    /// build fails.
     pub(crate) fn build_counted(
         scene: &Scene<'a>,
         options: &Options,
@@ -157,14 +164,14 @@ impl<'a, R: Representation> Index<'a, R> {
         }
         let scratch = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
 
-        // 1. Divide the triangles into clusters.
+        // 1. Partition the triangles into clusters.
         let (clusters, scratch) = if R::CLUSTERED {
             cluster::detect(scene, options, &mut [], scratch).ok_or(scratch_full)?
         } else {
             cluster::whole(scene, scratch).ok_or(scratch_full)?
         };
 
-        // 2. Lay out what is known already. In an arena too small for it, only count.
+        // 2. Lay out the sections whose lengths are known. In an arena that is too small for them, only count.
         let given = arena.len();
         let kind = if scene.beside { R::FORMAT | MESH_BESIDE } else { R::FORMAT };
         let layout = Layout::new(kind, triangles.len(), clusters.count());
@@ -175,8 +182,8 @@ impl<'a, R: Representation> Index<'a, R> {
         let fixed = fixed.map(|bytes| layout.split(bytes));
         let (header, own_triangles, own_nodes) = fixed.unwrap_or_default();
 
-        // 3. Join the clusters into the cluster tree, in its place in the arena. If only counting, a structure that
-        // reads the tree gets one in the scratch, and others get none.
+        // 3. Join the clusters into the cluster tree, in its section of the arena. If the build only counts, a structure
+        // that reads the tree gets one in the scratch, and any other structure gets none.
         let node_count = (2 * clusters.count()).saturating_sub(1);
         let mut scratch = Arena::new(scratch).ok_or(scratch_full)?;
         let nodes = if own_nodes.is_empty() && R::Structure::READS_TREE {
@@ -193,7 +200,7 @@ impl<'a, R: Representation> Index<'a, R> {
             cluster::join(nodes, clusters.count(), scratch).ok_or(scratch_full)?;
         }
 
-        // 4. The structure over them.
+        // 4. Build the structure.
         let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
         let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
         let slots = bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default();
@@ -210,7 +217,7 @@ impl<'a, R: Representation> Index<'a, R> {
             return Err(BuildError::ArenaFull { needed, given });
         }
 
-        // 5. The triangles, and the header last.
+        // 5. Copy the triangles, and write the header last.
         for (to, from) in own_triangles.iter_mut().zip(triangles.iter()) {
             *to = from;
         }
@@ -223,11 +230,10 @@ impl<'a, R: Representation> Index<'a, R> {
         Ok(Self::of_checked(sections))
     }
 
-    /// Takes over bytes that [`RayIndex::as_bytes`] gave, in place.
+    /// Opens the bytes of an index in place; they come from [`Index::as_bytes`].
     ///
-    /// Checks everything on which the walks rely, so it never panics and a query never runs for
-    /// ever, for any input. Bytes made up by someone can still give wrong answers.
-    /// Cost: linear in the length.
+    /// Everything on which traversals rely is checked. So for any bytes, this function and all queries end without a panic.
+    /// Forged but well-formed bytes can give wrong answers. Cost: linear in the length.
     ///
     /// # Errors
     /// Any of [`OpenError`].
@@ -235,10 +241,10 @@ impl<'a, R: Representation> Index<'a, R> {
         Self::read(bytes, None)
     }
 
-    /// As [`Index::from_bytes`], for an index that was built [beside](Scene::beside) a mesh: takes the same
-    /// triangles, however they are kept now.
+    /// Opens the bytes of an index that was built [beside](Scene::beside) a mesh; see [`Index::from_bytes`]. Takes the same
+    /// triangles, as a list or as an indexed mesh.
     ///
-    /// Cost: linear in the lengths of both; nine multiplications of 64 bits a triangle are for telling meshes
+    /// Cost: linear in the lengths of both. Nine 64-bit multiplications a triangle compute the fingerprint that tells meshes
     /// apart.
     ///
     /// # Errors
@@ -258,33 +264,33 @@ impl<'a, R: Representation> Index<'a, R> {
         Ok(index)
     }
 
-    /// Wraps an image whose words are known to hold such an index, or are about to be checked.
+    /// Wraps sections whose words are known to hold such an index, or are about to be checked.
     pub(crate) fn of_checked(sections: Sections<'a>) -> Self {
         Self { sections, simd_level: SimdLevel::detect(), representation: PhantomData }
     }
 
-    /// Walks the whole structure, checks its invariants, and says what it consists of.
+    /// Checks the invariants of the whole structure, and returns what it consists of. Cost: linear.
     ///
     /// # Errors
-    /// [`OpenError::Malformed`]; never for an index that `build` returned.
+    /// [`OpenError::Malformed`]; never for an index that [`Index::build`] or [`Index::from_bytes`] returned.
     pub fn check(&self) -> Result<Statistics, OpenError> {
         R::Structure::check(&self.sections)
             .map_err(|cluster| OpenError::Malformed { part: R::NAME, at: cluster })
     }
 
-    /// The same index, restricted to these vector instructions; as built or read, it uses the best that
-    /// the processor has. The answers are the same.
+    /// Restricts the index to these vector instructions. As built or opened, it uses the best that the processor has. The
+    /// answers are the same.
     #[must_use]
     pub fn with_simd_level(self, simd_level: SimdLevel) -> Self {
         Self { simd_level, ..self }
     }
 
-    /// The parts that the index consists of.
+    /// The sections of the index: triangles, cluster tree and words.
     pub fn sections(&self) -> &Sections<'a> {
         &self.sections
     }
 
-    /// How many clusters there are; 1 for a simple representation, 0 for an empty scene.
+    /// The number of clusters; 1 for a representation without clusters, 0 for an empty scene.
     pub fn cluster_count(&self) -> u32 {
         self.sections.cluster_count()
     }
@@ -306,27 +312,29 @@ impl<'a, R: Representation> Index<'a, R> {
     }
 }
 
-/// Queries.
+/// Queries. None fails, and none allocates. The answers are exact, and the same bits for every kind of index.
 impl<'a, R: Representation> Index<'a, R> {
-    /// The index itself: what to write to a file and read back with [`Index::from_bytes`].
+    /// The bytes of the index: what to write to a file, and to open with [`Index::from_bytes`].
     pub fn as_bytes(&self) -> &'a [u8] {
         self.sections.bytes()
     }
 
-    /// The closest hit; of several at the same `t`, the one with the lowest id.
+    /// Finds the closest hit in `t_min..=t_max`. Of several at the same `t`, it is the triangle with the lowest id.
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         self.closest(ray, ())
     }
 
-    /// Whether anything is hit between `t_min` and `t_max`.
+    /// Tells whether any triangle is hit in `t_min..=t_max`: an any-hit query, which ends at the first hit. For shadow rays.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.any(ray, ())
     }
 
-    /// The closest hit of each ray, or [`Hit::NONE`]: the same bits as one by one, and the faster way to ask
-    /// about many. Rays and hits beyond the shorter of both slices are left alone. Where there are
-    /// vector registers, the wide, compact and lean BVHs walk four rays in turn, whose state takes some 13 KiB of
-    /// the stack; elsewhere see [`IndexKind`](crate::IndexKind#stack).
+    /// Finds the closest hit of each ray, or [`Hit::NONE`]: the same bits as [`Index::closest_hit`].
+    ///
+    /// This is the faster way to trace many rays. Rays and hits beyond the shorter of both slices are ignored.
+    ///
+    /// On targets with vector registers, the wide, compact and lean BVH traverse four rays in turn, whose state takes some
+    /// 13 KiB of the stack. For other targets see [`IndexKind`](crate::IndexKind#stack).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         let start = |index: usize| rays.get(index).map(|ray| Closest::new(ray, ()));
         let count = rays.len().min(hits.len());
@@ -343,7 +351,7 @@ impl<'a, R: Representation> Index<'a, R> {
         );
     }
 
-    /// As [`Index::occluded`], for each ray; see [`Index::closest_hits`].
+    /// Tells for each ray whether any triangle is hit, as [`Index::occluded`] does; a batch as in [`Index::closest_hits`].
     pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
         let start = |index: usize| rays.get(index).map(|ray| Occluded::new(ray, ()));
         let count = rays.len().min(occluded.len());
@@ -360,19 +368,19 @@ impl<'a, R: Representation> Index<'a, R> {
         );
     }
 
-    /// Every hit by `(t, id)`, as far as `buffer` holds them: if they are more, the closest.
+    /// Finds all hits, sorted by `(t, id)`. If `buffer` is too short, it gets the closest ones.
     pub fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
         let mut query = All::new(ray, buffer, ());
         self.run(&mut query);
         query.finish()
     }
 
-    /// As [`Index::closest_hit`], and adds to the counters.
+    /// Finds the closest hit, as [`Index::closest_hit`] does, and adds the work to `counters`.
     pub fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
         self.closest(ray, counters)
     }
 
-    /// As [`Index::occluded`], and adds to the counters.
+    /// Tells whether any triangle is hit, as [`Index::occluded`] does, and adds the work to `counters`.
     pub fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
         self.any(ray, counters)
     }

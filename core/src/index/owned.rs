@@ -1,4 +1,4 @@
-//! An index with its arena on the heap, sized by a dry run.
+//! Index with its arena on the heap, sized by a dry run.
 
 use alloc::vec::Vec;
 
@@ -7,7 +7,7 @@ use crate::error::BuildError;
 use crate::input::{Executor, Mesh, Options, Scene, Sequential};
 use crate::memory::Block;
 
-/// An index of any kind that owns its memory: the short way for those who have a heap.
+/// Index of any kind that owns its memory on the heap.
 ///
 /// # Examples
 /// ```
@@ -26,12 +26,12 @@ pub struct OwnedIndex {
 }
 
 impl OwnedIndex {
-    /// Finds out how much memory is needed, allocates that much, and builds.
+    /// Builds an index: measures it by a dry run, allocates that much, and builds in it.
     ///
-    /// Cost: twice that of [`Index::build`](crate::Index::build), because the first build only counts.
+    /// Cost: twice that of [`Index::build`](crate::Index::build), because the dry run takes as long.
     ///
     /// # Errors
-    /// As `Index::build`, without those about space.
+    /// The errors of `Index::build` but [`BuildError::ArenaFull`] and [`BuildError::ScratchFull`].
     pub fn build(
         kind: IndexKind,
         scene: &Scene<'_>,
@@ -40,10 +40,10 @@ impl OwnedIndex {
         Self::build_with(kind, scene, options, &Sequential)
     }
 
-    /// As [`OwnedIndex::build`], with the help of an executor; the same bytes.
+    /// Builds an index, as [`OwnedIndex::build`] does and with the same bytes, with the help of an executor.
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`OwnedIndex::build`].
     pub fn build_with(
         kind: IndexKind,
         scene: &Scene<'_>,
@@ -59,25 +59,24 @@ impl OwnedIndex {
         Ok(Self { kind, blocks, bytes })
     }
 
-    /// The index, read from its bytes as it would be from a file. Cost: linear, for the validation; keep the index
-    /// for all queries.
+    /// Opens the index from its bytes, as from a file. Cost: linear, for the validation; keep the result for all queries.
     ///
     /// # Panics
-    /// If it was built [beside](Scene::beside) a mesh.
+    /// If the index was built [beside](Scene::beside) a mesh.
     pub fn index(&self) -> AnyIndex<'_> {
         self.kind.from_bytes(self.as_bytes()).expect("built without a mesh beside it")
     }
 
-    /// As [`OwnedIndex::index`], of one that was built beside a mesh.
+    /// Opens an index that was built beside `mesh`; see [`OwnedIndex::index`].
     ///
     /// # Panics
-    /// If it was built beside another mesh, or has its triangles itself.
+    /// If the index was built beside another mesh, or holds its triangles.
     pub fn index_beside<'a>(&'a self, mesh: Mesh<'a>) -> AnyIndex<'a> {
         let index = self.kind.from_bytes_beside(self.as_bytes(), mesh);
         index.expect("built beside this mesh")
     }
 
-    /// The bytes: what to write to a file.
+    /// The bytes of the index: what to write to a file.
     pub fn as_bytes(&self) -> &[u8] {
         bytemuck::must_cast_slice(&self.blocks).get(..self.bytes).unwrap_or_default()
     }

@@ -1,35 +1,36 @@
-//! Queries for code that is generic over indices, or has them behind `dyn`.
+//! Trait with the queries, for code that is generic over indices or has them behind `dyn`.
 
 use super::{AnyIndex, Index};
 use crate::geometry::Ray;
 use crate::query::{AllHits, Counters, Hit};
 use crate::structure::Representation;
 
-/// The queries of [`Index`] and [`AnyIndex`], for generic and `dyn` use. Every index over the same triangles gives the
-/// same bits.
+/// Queries of [`Index`] and [`AnyIndex`], for generic and `dyn` use. Every index over the same triangles gives the same
+/// bits.
 pub trait RayIndex: sealed::Sealed {
-    /// See [`Index::as_bytes`](crate::Index::as_bytes).
+    /// The bytes of the index; see [`Index::as_bytes`](crate::Index::as_bytes).
     fn as_bytes(&self) -> &[u8];
 
-    /// See [`Index::closest_hit`](crate::Index::closest_hit).
+    /// Finds the closest hit; see [`Index::closest_hit`](crate::Index::closest_hit).
     fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
 
-    /// See [`Index::occluded`](crate::Index::occluded).
+    /// Tells whether any triangle is hit; see [`Index::occluded`](crate::Index::occluded).
     fn occluded(&self, ray: &Ray) -> bool;
 
-    /// See [`Index::closest_hits`](crate::Index::closest_hits).
+    /// Finds the closest hit of each ray; see [`Index::closest_hits`](crate::Index::closest_hits).
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
 
-    /// See [`Index::occluded_each`](crate::Index::occluded_each).
+    /// Tells for each ray whether any triangle is hit; see [`Index::occluded_each`](crate::Index::occluded_each).
     fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);
 
-    /// See [`Index::all_hits`](crate::Index::all_hits).
+    /// Finds all hits, sorted by `(t, id)`; see [`Index::all_hits`](crate::Index::all_hits).
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h>;
 
-    /// See [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
+    /// Finds the closest hit and counts the work; see [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
     fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit>;
 
-    /// See [`Index::occluded_counted`](crate::Index::occluded_counted).
+    /// Tells whether any triangle is hit and counts the work; see
+    /// [`Index::occluded_counted`](crate::Index::occluded_counted).
     fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool;
 }
 
@@ -39,7 +40,7 @@ mod sealed {
     impl Sealed for super::AnyIndex<'_> {}
 }
 
-/// By the methods of the same names.
+/// Implements the trait by the methods of the same names.
 macro_rules! forward {
     ([$($generics:tt)*] $index:ty) => {
         impl<$($generics)*> RayIndex for $index {

@@ -1,4 +1,4 @@
-//! The list of all indices: an entry for each family, from which the kinds and what is known of them follow.
+//! Registry of all indices: an entry for each family. `IndexKind`, `AnyIndex` and their tables follow from it.
 
 use super::description::{Description, FAMILY, are_equal};
 use super::{Capacity, Index, RayIndex, scratch_with};
@@ -26,20 +26,20 @@ use crate::input::{Executor, Mesh, Options, Scene};
 use crate::structure::{Sections, Statistics};
 
 registry! {
-    /// A kind of index, chosen at run time. Kinds that are left out of the build have no variant here; the
-    /// numbers of the others stay what they are.
+    /// Kind of an index, chosen at run time. A kind that is left out of the build has no variant; the numbers of the others
+    /// do not change.
     ///
     /// # Stack
-    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), from the caller's frame down; `.ci/run stacks` fails
-    /// where one is broken.
+    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), from the caller's frame down. `.ci/run stacks` fails if one is
+    /// exceeded.
     ///
-    /// Queries have frames of fixed sizes and do not recurse, so their bounds hold for every scene. Builds of trees
-    /// recurse once for each level: their bounds hold for the 456 triangles of the check, and a deeper tree takes
-    /// more, a frame a level, for at most 21 levels in octrees, 60 in kd- and BSP trees, 62 in bounding volume
-    /// hierarchies, 89 in wide BVHs.
-    ///
-    /// An ordinary ray is decided by the filters; any ray may also hit a corner exactly, lie in a plane, begin far
-    /// away or at a negative `t_min`. A batch is [`RayIndex::closest_hits`].
+    /// - A query has frames of fixed sizes and does not recurse, so its bounds hold for every scene.
+    /// - The build of a tree recurses once for each level. Its bounds hold for the 456 triangles of the check. A deeper tree
+    ///   takes a frame more a level, for at most 21 levels in octrees, 60 in kd-trees and BSP trees, 62 in binary BVHs, 89 in
+    ///   wide BVHs.
+    /// - The filters decide an ordinary ray. Any ray may also hit a corner exactly, lie in a plane, begin far away or have a
+    ///   negative `t_min`.
+    /// - A batch is [`RayIndex::closest_hits`].
     ///
     /// | kind | ordinary ray | any ray | batch | build |
     /// |---|---|---|---|---|
@@ -64,67 +64,71 @@ registry! {
     /// | lean-bvh-hierarchy | 4032 | 6976 | 7232 | 15104 |
 
     "linear" = 1, cfg(all()), crate::indices::linear::scratch_bytes {
-        /// Every triangle, one after the other: the oracle.
+        /// Linear scan: every triangle is tested.
         Linear = 0: Linear,
     }
     "octree" = 2, cfg(feature = "octree"), crate::indices::cells::octant_tree::scratch_bytes {
-        /// One octree over everything.
+        /// Octree over the whole scene.
         Octree = 1: Octree,
-        /// The paper's octree hierarchy.
+        /// Octree for each cluster: the paper's octree hierarchy.
         OctreeHierarchy = 2: Clustered<Octree>,
     }
     "octree-r" = 3, cfg(feature = "octree-r"), crate::indices::cells::octant_tree::scratch_bytes {
-        /// One octree-R over everything.
+        /// Octree-R over the whole scene.
         OctreeR = 3: OctreeR,
-        /// An octree-R for each cluster.
+        /// Octree-R for each cluster.
         OctreeRHierarchy = 4: Clustered<OctreeR>,
     }
     "uniform-grid" = 6, cfg(feature = "uniform-grid"), crate::indices::grid::scratch_bytes {
-        /// One uniform grid over everything.
+        /// Uniform grid over the whole scene.
         UniformGrid = 5: UniformGrid,
-        /// The hierarchy of uniform grids of Cazals, Drettakis and Puech.
+        /// Uniform grid for each cluster: the hierarchy of Cazals, Drettakis and Puech.
         GridHierarchy = 6: Clustered<UniformGrid>,
     }
     "kd-tree" = 4, cfg(feature = "kd-tree"), crate::indices::cells::plane_tree::scratch_bytes {
-        /// One kd-tree over everything.
+        /// Kd-tree over the whole scene.
         KdTree = 7: KdTree,
-        /// A kd-tree for each cluster.
+        /// Kd-tree for each cluster.
         KdTreeHierarchy = 8: Clustered<KdTree>,
     }
     "bsp-tree" = 5, cfg(feature = "bsp-tree"), crate::indices::cells::plane_tree::scratch_bytes {
-        /// One BSP tree over everything.
+        /// BSP tree over the whole scene.
         BspTree = 9: BspTree,
-        /// A BSP tree for each cluster.
+        /// BSP tree for each cluster.
         BspTreeHierarchy = 10: Clustered<BspTree>,
     }
     "bvh" = 7, cfg(feature = "bvh"), crate::indices::bvh::scratch_bytes {
-        /// One bounding volume hierarchy over everything.
+        /// Bounding volume hierarchy (binary BVH) over the whole scene.
         Bvh = 11: Bvh,
-        /// A bounding volume hierarchy for each cluster.
+        /// Bounding volume hierarchy (binary BVH) for each cluster.
         BvhHierarchy = 12: Clustered<Bvh>,
     }
     "wide-bvh" = 9, cfg(feature = "wide-bvh"), crate::indices::wide::scratch_bytes {
-        /// One wide BVH over everything.
+        /// Wide BVH (BVH8 in `f32`) over the whole scene.
         WideBvh = 13: WideBvh,
-        /// A wide BVH for each cluster.
+        /// Wide BVH (BVH8 in `f32`) over the clusters.
         WideBvhHierarchy = 14: Clustered<WideBvh>,
     }
     "compact-bvh" = 10, cfg(feature = "compact-bvh"), crate::indices::wide::scratch_bytes {
-        /// One compact BVH over everything.
+        /// Compact BVH (BVH8 in 16 bits) over the whole scene.
         CompactBvh = 15: CompactBvh,
-        /// A compact BVH for each cluster.
+        /// Compact BVH (BVH8 in 16 bits) over the clusters.
         CompactBvhHierarchy = 16: Clustered<CompactBvh>,
     }
     "lean-bvh" = 11, cfg(feature = "lean-bvh"), crate::indices::wide::scratch_bytes {
-        /// One lean BVH over everything.
+        /// Lean BVH (BVH8 in 16 bits, beside a mesh) over the whole scene.
         LeanBvh = 17: LeanBvh,
-        /// A lean BVH for each cluster.
+        /// Lean BVH (BVH8 in 16 bits, beside a mesh) over the clusters.
         LeanBvhHierarchy = 18: Clustered<LeanBvh>,
     }
 }
 
-/// An entry: the feature, which is the name of the simple index, and the number of its format, also where it is left out
-/// of the build; when it is compiled; the bound on its scratch; and its kinds with their numbers.
+/// Expands the entries. An entry has
+/// 1. the feature, which is the name of the index without clusters,
+/// 2. the number of its format, which is known also if the family is left out of the build,
+/// 3. the condition under which the family is compiled,
+/// 4. the bound on its scratch,
+/// 5. its kinds with their numbers.
 macro_rules! registry {
     (
         $(#[doc = $enum_doc:literal])*
@@ -137,7 +141,7 @@ macro_rules! registry {
             }
         )*
     ) => {
-        /// The families by the number of their format, whether they are compiled in or not.
+        /// Families by the number of their format, compiled in or not.
         pub(super) const FAMILIES: &[(u32, &str)] = &[$(($format, $family)),*];
 
         $(#[doc = $enum_doc])*
@@ -148,7 +152,7 @@ macro_rules! registry {
         }
 
         impl IndexKind {
-            /// All that are compiled in; the oracle first.
+            /// All kinds that are compiled in; the linear scan first.
             pub const ALL: &'static [Self] = &[$($(#[cfg($included)] Self::$variant),*),*];
 
             pub(super) const fn description(self) -> Description {
@@ -212,7 +216,7 @@ macro_rules! registry {
             }
         }
 
-        /// An index of any kind.
+        /// Index of any kind.
         #[derive(Clone, Copy)]
         #[non_exhaustive]
         pub enum AnyIndex<'a> {
@@ -220,31 +224,31 @@ macro_rules! registry {
         }
 
         impl<'a> AnyIndex<'a> {
-            /// Which kind it is.
+            /// The kind of the index.
             pub const fn kind(&self) -> IndexKind {
                 match self {
                     $($(#[cfg($included)] Self::$variant(_) => IndexKind::$variant,)*)*
                 }
             }
 
-            /// The sections of its bytes.
+            /// The sections of the index: triangles, cluster tree and words.
             pub fn sections(&self) -> &Sections<'a> {
                 match self {
                     $($(#[cfg($included)] Self::$variant(index) => index.sections(),)*)*
                 }
             }
 
-            /// See [`Index::check`].
+            /// Checks the invariants of the whole structure; see [`Index::check`].
             ///
             /// # Errors
-            /// As there.
+            /// The errors of [`Index::check`].
             pub fn check(&self) -> Result<Statistics, OpenError> {
                 match self {
                     $($(#[cfg($included)] Self::$variant(index) => index.check(),)*)*
                 }
             }
 
-            /// The index behind the kind; ask it directly in a hot loop.
+            /// The index as a trait object. In a loop over single rays, call its queries instead, to choose the kind only once.
             pub fn as_ray_index(&self) -> &(dyn RayIndex + Sync + 'a) {
                 match self {
                     $($(#[cfg($included)] Self::$variant(index) => index,)*)*
@@ -252,7 +256,7 @@ macro_rules! registry {
             }
         }
 
-        // An entry says what the index says of itself.
+        // Each entry agrees with the description of its indices.
         $($(#[cfg($included)] const _: () = {
             let described = Description::of::<$representation$(<$local>)?>();
             assert!(described.format & FAMILY == $format && are_equal(described.family, $family));

@@ -1,4 +1,4 @@
-//! An index and its arena in one value: a field of a struct, or a static.
+//! Index and arena in one value, for a field of a struct or a static.
 //!
 //! An [`Index`] borrows its arena, so a struct with both would borrow from itself. A [`Stored`] owns the arena, and
 //! lends the index:
@@ -6,7 +6,7 @@
 //! ```text
 //! Stored: blocks, checked once --index()--> Index, from the header alone, in constant time
 //! ```
-//! Nobody can write to the blocks between two calls of `index`, so no call checks them again.
+//! While a [`Stored`] owns its blocks, nothing can write to them. So [`Stored::index`] does not check them again.
 
 use core::marker::PhantomData;
 
@@ -16,9 +16,9 @@ use crate::input::{Options, Scene};
 use crate::memory::Block;
 use crate::structure::{Representation, Sections};
 
-/// Blocks whose contents stay the same as long as nobody borrows the blocks to write.
+/// Storage of an index: blocks whose contents stay the same as long as they are not borrowed mutably.
 ///
-/// Implemented for `[Block; N]` and slices of blocks. Other types cannot implement it, since they might return other
+/// Implemented for `[Block; N]` and for slices of blocks. The trait is sealed, because another type could return other
 /// blocks each time.
 pub trait Storage: sealed::Sealed {
     /// The blocks.
@@ -52,7 +52,7 @@ impl Storage for &mut [Block] {
     }
 }
 
-/// An index that owns its arena, triangles included: an index [beside](Scene::beside) a mesh cannot be stored.
+/// Index that owns its arena, triangles included. An index [beside](Scene::beside) a mesh cannot be stored.
 ///
 /// # Examples
 /// ```
@@ -77,7 +77,7 @@ pub struct Stored<S, R> {
 }
 
 impl<S: Storage, R: Representation> Stored<S, R> {
-    /// Takes over blocks that hold an index, and checks them as [`Index::from_bytes`] does.
+    /// Opens blocks that hold an index, and checks them as [`Index::from_bytes`] does. Cost: linear.
     ///
     /// # Errors
     /// Any of [`OpenError`].
@@ -86,14 +86,14 @@ impl<S: Storage, R: Representation> Stored<S, R> {
         Ok(Self { storage, representation: PhantomData })
     }
 
-    /// The index: its header is read and nothing is checked again. Cost: constant, some hundred instructions.
+    /// The index. Its header is read, and nothing is checked again. Cost: constant, some hundred instructions.
     pub fn index(&self) -> Index<'_, R> {
         let view = Sections::view(bytemuck::must_cast_slice(self.storage.blocks()), None);
         debug_assert!(view.is_ok(), "the blocks were checked");
         Index::of_checked(view.unwrap_or(Sections::EMPTY))
     }
 
-    /// The blocks, for other uses.
+    /// Returns the blocks.
     pub fn into_storage(self) -> S {
         self.storage
     }
