@@ -1,4 +1,4 @@
-//! The cluster tree above the local indices.
+//! The hierarchy: a cluster tree above local indices.
 
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
@@ -14,10 +14,10 @@ use crate::structure::{
     DividedScene, Group, Local, LocalIndex, Representation, Sections, Statistics, Structure,
 };
 
-/// A structure `S` over the clusters of the scene.
+/// Hierarchy: a structure `S` over the clusters of the scene.
 ///
-/// `Clustered<Octree>` is the octree hierarchy of the paper: an octree for each cluster, below a binary
-/// tree of the clusters.
+/// `Clustered<Octree>` is the octree hierarchy of the paper: an octree for each cluster, below a binary tree of the
+/// clusters.
 pub struct Clustered<S>(PhantomData<S>);
 
 impl<S: Structure> Representation for Clustered<S> {
@@ -57,7 +57,7 @@ impl<L: LocalIndex> Structure for L {
 
     #[inline]
     fn traverse<Q: Query>(sections: &Sections<'_>, _: SimdLevel, query: &mut Q) {
-        // Both outcomes end the walk; the query knows the answer.
+        // Both outcomes end the traversal; the query knows the answer.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
             walk::<L, Q>(sections, &RaySpan::new(query.ray()), query);
     }
@@ -71,10 +71,10 @@ impl<L: LocalIndex> Structure for L {
     }
 }
 
-/// Walks the cluster tree, and the local index of every cluster whose box the ray enters.
+/// Traverses the cluster tree, and the local index of every cluster whose box the ray enters.
 ///
-/// Both children are entered if the ray meets both boxes, the nearer first (of two at the same
-/// distance, the left). A node is skipped only if it begins beyond [`Query::last`].
+/// Children whose boxes the ray meets are entered, the nearer first; of two at the same distance, the left first. A node
+/// is skipped only if it begins beyond [`Query::last`].
 ///
 /// # Source
 /// Aguilera et al., algorithms 3 and 4; nearest first is an addition.

@@ -1,25 +1,26 @@
-//! Checking a tree whose nodes lie depth first: each begins where the one before it ended, so none is reached twice.
+//! Check of a tree whose nodes lie in depth-first order: each node begins where the one before it ended, so no node is
+//! reached twice.
 
 use arrayvec::ArrayVec;
 
 use crate::structure::Statistics;
 
-/// A node that was found sound.
+/// Node that passed its check.
 pub(super) enum CheckedNode {
-    /// With its length in words.
+    /// Inner node of this length.
     Inner { words: u32 },
-    /// With its length in words, and the triangles filed in it.
+    /// Leaf of this length, and the number of triangles filed in it.
     Leaf { words: u32, references: u32 },
 }
 
-/// The links still to be followed, each with its level; the next one is the last.
+/// Stack of the links still to be followed, each with its level; the next one is the last.
 pub(super) struct Links<const MOST: usize> {
     waiting: ArrayVec<(u32, u32), MOST>,
     level: u32,
 }
 
 impl<const MOST: usize> Links<MOST> {
-    /// Adds the links to the children of the node that is being checked; `None` if they are too many.
+    /// Pushes the links to the children of the node that is being checked; `None` if more than `MOST` links wait.
     pub fn follow(&mut self, children: impl DoubleEndedIterator<Item = u32>) -> Option<()> {
         for link in children.rev() {
             self.waiting.try_push((link, self.level + 1)).ok()?;
@@ -28,11 +29,15 @@ impl<const MOST: usize> Links<MOST> {
     }
 }
 
-/// Follows all links from `root` on and says what the tree consists of, and where it ends; `None` if it is none.
+/// Follows all links from `root` on. Returns what the tree consists of, and the offset where it ends; `None` if a check
+/// fails.
 ///
-/// The first node lies at the word `start`, and `offset_of` tells where a link leads. `check` is shown each link and its
-/// level, the root's is 0; it [follows](Links::follow) the children of a sound node in their order, and returns `None`
-/// for any other. Trees in which at most `MOST` links wait at a time are checked. Cost: linear.
+/// - The first node lies at the offset `start`. `offset_of` gives the offset that a link leads to.
+/// - `check` receives each link and its level; the root's is 0. For a sound node it pushes the children in their order
+///   with [`Links::follow`]; for any other it returns `None`.
+/// - At most `MOST` links may wait at a time.
+///
+/// Cost: linear.
 pub(super) fn check_depth_first<const MOST: usize>(
     root: u32,
     start: u32,

@@ -1,4 +1,4 @@
-//! No index: every triangle is tested. The oracle that all others are compared with.
+//! Linear scan: every triangle is tested. The oracle that all indices are compared with.
 //!
 //! ```text
 //! words:  id id id ...
@@ -14,10 +14,10 @@ use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
 
-/// The linear scan.
+/// Linear scan: no tree, every triangle is tested.
 pub enum Linear {}
 
-/// See [`LocalIndex::scratch_bytes`].
+/// Bounds the scratch; see [`LocalIndex::scratch_bytes`].
 pub(crate) const fn scratch_bytes(_: usize, _: &Options) -> usize {
     0
 }

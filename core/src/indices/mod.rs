@@ -1,11 +1,15 @@
-//! The indices: a folder for each family, and the linear scan, with which all agree to the bit.
+//! The indices: a folder for each family, and the linear scan, with which all agree bit for bit.
 //!
-//! Each kind is a feature of this crate, so that one can be had without the code of the others; the linear scan is
-//! always there.
+//! Each family is a feature of this crate, so that one can be compiled without the others. The linear scan is always
+//! there.
 //!
-//! To add an index, implement [`LocalIndex`](crate::custom::LocalIndex) in a file of its own behind a feature, and add
-//! a line for each of its two kinds to `registry.rs` and its family to the tables of `opening.rs` and
-//! `select/weights.rs`, where tests miss it.
+//! To add an index:
+//! 1. Implement [`Described`](crate::custom::Described) and [`LocalIndex`](crate::custom::LocalIndex) in a file of its
+//!    own, behind a feature.
+//! 2. Add an entry with its two kinds to `registry.rs`.
+//! 3. Add a line for its family to the table of `select/budget.rs`, and its kinds to the table of numbers in the tests of
+//!    `kind.rs`.
+//!
 //! The command line, the tests, the benches and the fuzz targets then run it, alone and clustered.
 
 #[cfg(feature = "bvh")]

@@ -1,4 +1,4 @@
-//! The walk of a binary tree, the nearer child first: what cluster tree, BVH, kd-tree and BSP tree share.
+//! Traversal of a binary tree, the nearer child first: shared by cluster tree, BVH, kd-tree and BSP tree.
 
 use core::ops::ControlFlow;
 
@@ -7,17 +7,17 @@ use arrayvec::ArrayVec;
 use crate::geometry::Span;
 use crate::query::Query;
 
-/// A node to be entered, and the part of the ray in it.
+/// Node to be entered, and the part of the ray in it.
 pub(super) type Entry<N> = (N, Span);
 
-/// The nodes still to be entered: each level leaves one child waiting, `DEPTH` is that of the deepest.
+/// Stack of nodes still to be entered. Each level leaves one child waiting, so `DEPTH` is that of the deepest level.
 pub(super) struct Waiting<N, const DEPTH: usize> {
     next: Option<Entry<N>>,
     later: ArrayVec<Entry<N>, DEPTH>,
 }
 
 impl<N, const DEPTH: usize> Waiting<N, DEPTH> {
-    /// Enters `near` next, if there is one, and `far` after all of it.
+    /// Schedules `near`, if there is one, as the next node, and `far` after all of its subtree.
     #[inline]
     pub fn enter(&mut self, near: Option<Entry<N>>, far: Option<Entry<N>>) {
         if let Some(far) = far {
@@ -27,7 +27,7 @@ impl<N, const DEPTH: usize> Waiting<N, DEPTH> {
         self.next = near;
     }
 
-    /// Enters both by where the ray enters them; of two at the same distance, the left first.
+    /// Schedules both children by where the ray enters them; of two at the same distance, the left first.
     #[inline]
     pub fn enter_sorted(&mut self, left: Option<Entry<N>>, right: Option<Entry<N>>) {
         match (left, right) {
@@ -38,8 +38,10 @@ impl<N, const DEPTH: usize> Waiting<N, DEPTH> {
     }
 }
 
-/// Enters the root, and of each node the nearer child at once and the other one later, unless it begins
-/// beyond [`Query::last`]. `visit` tests a leaf's triangles, or enters the children that the ray meets.
+/// Traverses a tree from `root`: of each node the nearer child at once, and the other one later unless it begins beyond
+/// [`Query::last`].
+///
+/// `visit` tests the triangles of a leaf, or schedules the children that the ray meets.
 #[inline]
 pub(super) fn walk_near_first<const DEPTH: usize, N, Q: Query>(
     root: Entry<N>,

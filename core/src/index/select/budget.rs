@@ -1,9 +1,9 @@
-//! Budget for trying candidates: trying must not outweigh what a better index saves.
+//! Budget for trying candidates: trying must not cost more than what a better index saves.
 //!
 //! ```text
-//! steps of a build * nanoseconds a step + clusters   = what a build takes
-//! that + rays to come * nanoseconds a ray            = what an index takes in all
-//! trying all candidates                             <= a few builds of the best, or a share of its rays
+//! steps of a build * nanoseconds a step + clusters   = cost of the build
+//! cost of the build + rays to come * cost of a ray   = whole cost of an index
+//! cost of trying all candidates                     <= three builds of the best, half the cost of its rays, or 4 ms
 //! ```
 //! Steps are counted, not timed, so the choice is the same on every machine.
 
@@ -15,16 +15,18 @@ use crate::input::{Float64, Scene};
 pub(super) struct BuildCost {
     /// Nanoseconds a step.
     step: f64,
-    /// The fewest steps of any build measured, in units of `n log2 n` for `n` triangles.
+    /// The least number of steps of any build measured, in units of `n log2 n` for `n` triangles.
     least_steps: f64,
-    /// Nanoseconds a triangle for finding clusters and joining them.
+    /// Nanoseconds a triangle for finding clusters and joining them; 0 for a kind without clusters.
     clusters: f64,
 }
 
-/// Nanoseconds a step, and the fewest steps alone and in a hierarchy, by family. Families are tried in the order of the
-/// lines: first those that are cheap to build and to query.
+/// Costs of builds by family: nanoseconds a step, and the least steps of the simple index and of its hierarchy.
 ///
-/// Measured as the weights were, on the built-in scenes; nanoseconds a step scatter by a factor of two.
+/// Families are tried in the order of the lines: those that are cheap to build and to query come first.
+///
+/// # Measured
+/// - As [`Weights`](crate::custom::Weights), on the built-in scenes. Nanoseconds a step scatter by a factor of two.
 const TABLE: [(&str, f64, [f64; 2]); 10] = [
     ("linear", 1.0, [0.0, 0.0]),
     ("wide-bvh", 8.0, [0.75, 0.75]),
@@ -37,13 +39,14 @@ const TABLE: [(&str, f64, [f64; 2]); 10] = [
     ("bsp-tree", 70.0, [7.0, 2.5]),
     ("octree-r", 30.0, [6.0, 6.0]),
 ];
-/// Assumed of an index that was never measured.
+/// Costs assumed of a family that was never measured.
 const UNKNOWN: (f64, [f64; 2]) = (100.0, [1.0, 1.0]);
 
-/// Finding clusters and joining them, nanoseconds a triangle.
+/// Nanoseconds a triangle for finding clusters and joining them.
 const CLUSTERS: f64 = 500.0;
 
-/// Factor by which everything takes longer where `f64` is calculated in software: roughly that of a Cortex-M4.
+/// The factor by which builds take longer on a processor that calculates `f64` in software: roughly that of a
+/// Cortex-M4.
 fn slowness(float64: Float64) -> f64 {
     match float64 {
         Float64::Hardware => 1.0,
@@ -62,16 +65,16 @@ impl BuildCost {
         Self { step: step * slowness, least_steps, clusters: clusters * slowness }
     }
 
-    /// The turn in which a kind is tried: lower is earlier, and kinds never measured come last.
+    /// The turn in which a kind is tried. Lower turns come first, and kinds never measured come last.
     pub fn turn(kind: IndexKind) -> usize {
         let line = TABLE.iter().position(|line| line.0 == kind.family());
         2 * line.unwrap_or(TABLE.len()) + usize::from(kind.is_clustered())
     }
 
-    /// One past the last turn.
+    /// Number of turns.
     pub const TURNS: usize = 2 * TABLE.len() + 2;
 
-    /// Nanoseconds of a build of `steps` for `triangle_count` triangles.
+    /// The nanoseconds of a build of `steps` steps for `triangle_count` triangles.
     pub fn nanoseconds(&self, triangle_count: usize, steps: f64) -> f64 {
         self.step * steps + self.clusters * triangle_count as f64
     }
@@ -82,27 +85,28 @@ impl BuildCost {
         self.nanoseconds(triangle_count, self.least_steps * triangle_count as f64 * levels)
     }
 
-    /// The steps of a build for which `nanoseconds` are enough.
+    /// The number of steps of a build for which `nanoseconds` are enough.
     pub fn steps_within(&self, triangle_count: usize, nanoseconds: f64) -> u64 {
         // The cast saturates: a negative quotient becomes 0.
         ((nanoseconds - self.clusters * triangle_count as f64) / self.step) as u64
     }
 }
 
-/// Trying may cost this many builds of the best candidate ...
+/// Multiple of the best candidate's build that trying may cost.
 const BUILDS: f64 = 3.0;
-/// ... or this share of the time of its rays: an index that halves their time pays for the search ...
+/// Share of the time of the best candidate's rays that trying may cost: an index that halves this time pays for the
+/// search.
 const SHARE_OF_RAYS: f64 = 0.5;
-/// ... or 4 ms, which nobody notices: enough for all candidates on some hundred triangles.
+/// Nanoseconds that trying may cost in any case: 4 ms, enough for all candidates on some hundred triangles.
 const LEAST: f64 = 4e6;
 /// Rays assumed for each triangle without [`Scene::expecting`].
 const RAYS_A_TRIANGLE: f64 = 16.0;
 
-/// Nanoseconds that may be spent on trying.
+/// Budget of nanoseconds for trying candidates: the largest of [`BUILDS`], [`SHARE_OF_RAYS`] and [`LEAST`].
 pub(super) struct Budget {
-    /// Rays to come, known or assumed, for the size of the budget.
+    /// The number of rays to come, known or assumed, for the size of the budget.
     rays: f64,
-    /// Rays to come if that is known, for weighing builds against rays.
+    /// The number of rays to come if known, for weighing builds against rays.
     known_rays: Option<f64>,
     /// Nanoseconds that may be spent in any case.
     least: f64,
@@ -117,7 +121,7 @@ impl Budget {
         Self { rays, known_rays, least: LEAST * slowness(float64), spent: 0.0 }
     }
 
-    /// The whole cost of an index: a ray, or, where the number of rays is known, the build and all rays.
+    /// The whole cost of an index: the build and all rays if their number is known, else a single ray.
     pub fn whole(&self, build: f64, ray: f64) -> f64 {
         match self.known_rays {
             Some(rays) => build + rays * ray,
@@ -125,13 +129,13 @@ impl Budget {
         }
     }
 
-    /// Tells whether an index whose build takes `build` could have a lower whole cost than `best`, if its rays took
-    /// no time.
+    /// Tells whether an index whose build takes `build` could have a lower whole cost than `best`, even if its rays took no
+    /// time.
     pub fn may_win(&self, build: f64, best: f64) -> bool {
         self.whole(build, 0.0) < best
     }
 
-    /// The nanoseconds left, where the best index so far takes `build` to build and `ray` for a ray.
+    /// The nanoseconds that are left, if the best index so far takes `build` to build and `ray` for a ray.
     pub fn left(&self, build: f64, ray: f64) -> f64 {
         let whole = [BUILDS * build, SHARE_OF_RAYS * self.rays * ray, self.least];
         whole.into_iter().fold(0.0, |a, b| if b > a { b } else { a }) - self.spent

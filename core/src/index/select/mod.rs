@@ -1,11 +1,11 @@
-//! Which index for this scene: each candidate is built, tried on some rays, and weighed.
+//! Selection of an index for a scene: candidates are built, tried on rays, and weighed.
 //!
 //! ```text
 //! candidate -> build in the arena -> too large, or too much work: left out
 //!                                -> rays, counted -> ray + nodes * node + tests * test -> the least wins
 //! ```
-//! The level and the resolution are found by the candidates themselves, unless the options give them. The
-//! counters are the same everywhere, so is the choice.
+//! The candidates find level and resolution themselves, unless the options give them. Counters are the same on every
+//! machine, and so is the choice.
 
 mod budget;
 
@@ -21,12 +21,17 @@ use crate::input::{Options, Scene, Sequential};
 use crate::query::Counters;
 use budget::{Budget, BuildCost};
 
-/// How many kinds there are to choose from.
+/// Number of kinds to choose from.
 const KINDS: usize = IndexKind::ALL.len();
 
-/// Candidates worth building: on every built-in scene, one of them was the fastest of all, and no other was within a
-/// factor of 1.5 of it. The octree hierarchy is here for its size. The compact BVH, which is smaller still, is
-/// not: it is a sixth slower than the wide one, which is less than weights tell apart on some scenes.
+/// Candidates worth building.
+///
+/// # Measured
+/// - On every built-in scene, one of these was the fastest of all kinds, and no other kind was within a factor of 1.5 of
+///   it.
+/// - The octree hierarchy is here for its size.
+/// - The compact BVH, which is smaller still, is not here: it is a sixth slower than the wide BVH, which is less than
+///   weights tell apart on some scenes.
 pub const USUAL: &[IndexKind] = &[
     IndexKind::Linear,
     #[cfg(feature = "octree")]
@@ -45,47 +50,47 @@ pub const USUAL: &[IndexKind] = &[
     IndexKind::WideBvhHierarchy,
 ];
 
-/// What costs at most so many times the least is as good: the weights are no more exact.
+/// Tolerance of the choice: candidates within 3% of the cheapest tie, because the weights are no more accurate than that.
 const AS_GOOD: f64 = 1.03;
 
-/// Rays of a sample: a few milliseconds, little beside the builds.
+/// Number of rays of a sample. They take a few milliseconds, little beside the builds.
 const RAYS: u32 = 1024;
 
-/// What is expected of one candidate.
+/// Expectation of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expectation {
-    /// It fits, and so much a ray.
+    /// The candidate fits into the arena, at this cost.
     Fits(Cost),
-    /// The candidate was left out: it cannot be built in the memory given or at all, or trying it would have taken
-    /// more than it may save.
+    /// The candidate was left out, for this reason: it cannot be built in the memory given or at all, or trying it would
+    /// have taken more than it may save.
     LeftOut(BuildError),
 }
 
-/// The cost of a ray, on the average.
+/// Cost of an index: averages over the rays, the build, and the bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// As [`Weights`] weigh the counters.
+    /// Nanoseconds of a ray, as [`Weights`](crate::custom::Weights) estimate them from its counters.
     pub nanoseconds: f64,
-    /// The estimated cost of building the index once, in the same unit.
+    /// Nanoseconds of building the index once, estimated from its steps.
     pub build_nanoseconds: f64,
-    /// Nodes visited.
+    /// Nodes visited by a ray.
     pub nodes: f64,
-    /// Triangles tested.
+    /// Triangles tested by a ray.
     pub tests: f64,
-    /// The bytes of the index.
+    /// Bytes of the index.
     pub bytes: usize,
 }
 
-/// One candidate.
+/// Candidate: a kind, and its expectation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
-    /// Which index.
+    /// The kind of index.
     pub kind: IndexKind,
-    /// What is expected of it.
+    /// Its cost, or the reason why it was left out.
     pub expectation: Expectation,
 }
 
-/// What [`select`] chose, and why: printed, it is a sentence.
+/// Result of [`select`]: the chosen kind and all candidates. Printed, it is a sentence with the reasons.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     chosen: IndexKind,
@@ -94,42 +99,45 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The cheapest that fits; of those within 3% of it, the smallest, and then the first of the candidates.
+    /// The chosen kind: the cheapest that fits. Of those within 3% of the cheapest it is the smallest, then the first.
     pub fn kind(&self) -> IndexKind {
         self.chosen
     }
 
-    /// What is expected of it.
+    /// The cost of the chosen kind.
     pub fn cost(&self) -> Cost {
         self.cost
     }
 
-    /// All candidates in their order.
+    /// All candidates, in the order in which they were given.
     pub fn candidates(&self) -> &[Candidate] {
         &self.candidates
     }
 }
 
-/// Chooses an index for a scene: builds candidates in the arena, answers the [scene's rays](Scene::rays) with each,
-/// and weighs what that took.
+/// Chooses an index for a scene: builds candidates in the arena, answers the [scene's rays](Scene::rays) with each, and
+/// weighs the work of that.
 ///
-/// Without rays, a sample is taken: 1,024 rays, two thirds of them lines through the scene's box, the rest light that
-/// reaches triangles.
-/// [`IndexKind::Linear`] is not asked, since what it takes is known. A candidate named twice counts once. The
-/// arena's contents are undefined afterwards; build the chosen kind in it with the same options.
+/// - Without rays, a sample is taken: 1,024 rays, two thirds of them lines through the scene's box, the rest light that
+///   reaches triangles.
+/// - [`IndexKind::Linear`] is not queried, since its work is known.
+/// - A candidate named twice counts once.
+/// - The contents of the arena are undefined afterwards. Build the chosen kind in it with the same options.
 ///
-/// Where the scene says [how many rays](Scene::expecting) are to come, the build counts too: for a single ray in a
-/// large scene no tree is built, but all triangles are tested.
+/// If the scene says [how many rays](Scene::expecting) are to come, the build counts too: for a single ray in a large
+/// scene the linear scan wins, because no tree has to be built.
 ///
-/// Cost: trying takes at most three times as long as building the chosen candidate, or half as long as its rays, or
-/// 4 ms, whichever is most; and a few thousand queries. Without [`Scene::expecting`], 16 rays a triangle are assumed.
-/// Candidates that are likely to be best are tried first. A candidate that would take more is left out as
-/// [`BuildError::TooMuchWork`]; with more rays expected, it is tried. Work is counted, not timed, so that the choice
-/// is the same on every machine.
+/// Cost: trying takes at most the largest of three times the build of the chosen candidate, half the time of its rays,
+/// and 4 ms; plus a few thousand queries.
+/// - Without [`Scene::expecting`], 16 rays a triangle are assumed.
+/// - Candidates that are likely to be best are tried first.
+/// - A candidate that would take more is left out as [`BuildError::TooMuchWork`]; with more rays expected, it is tried.
+/// - Work is counted, not timed, so that the choice is the same on every machine.
 ///
 /// # Errors
-/// If no candidate can be built, the first one's reason, or of those that say how much is missing the least;
-/// [`BuildError::InvalidOption`] without candidates.
+/// - If no candidate can be built, the error of the first; if that is [`BuildError::ArenaFull`], the one that needs the
+///   fewest bytes.
+/// - [`BuildError::InvalidOption`] without candidates.
 ///
 /// # Examples
 /// ```
@@ -152,7 +160,7 @@ pub fn select(
     arena: &mut [u8],
     scratch: &mut [u8],
 ) -> Result<Selection, BuildError> {
-    // 1. Each kind once, in the caller's order.
+    // 1. List each kind once, in the caller's order.
     let mut estimates = ArrayVec::<Candidate, KINDS>::new();
     for &kind in candidates {
         if estimates.iter().all(|known| known.kind != kind) {
@@ -162,7 +170,7 @@ pub fn select(
         }
     }
 
-    // 2. Try them, in the order of their turns.
+    // 2. Try the kinds, in the order of their turns.
     let mut trials =
         Trials { scene, options, budget: Budget::new(scene, options.float64), best: None };
     for turn in 0..BuildCost::TURNS {
@@ -176,7 +184,7 @@ pub fn select(
         }
     }
 
-    // 3. Of all whose cost is as good as the least, the smallest.
+    // 3. Choose the smallest of those whose cost ties with the least.
     let Some(least) = trials.best.map(|best| best.whole) else {
         return Err(least_missing(&estimates));
     };
@@ -195,18 +203,18 @@ pub fn select(
     }
 }
 
-/// The best candidate so far.
+/// Best candidate so far.
 #[derive(Clone, Copy)]
 struct Best {
     /// Nanoseconds to build it.
     build: f64,
     /// Nanoseconds a ray.
     ray: f64,
-    /// Its whole cost: see [`Budget::whole`].
+    /// The whole cost; see [`Budget::whole`].
     whole: f64,
 }
 
-/// Candidates being tried.
+/// Trials of the candidates, with their common budget.
 struct Trials<'t, 'a> {
     scene: &'t Scene<'a>,
     options: &'t Options,
@@ -241,7 +249,7 @@ impl Trials<'_, '_> {
         let mut steps = 0;
         let tried = try_candidate(kind, self.scene, &options, arena, scratch, &mut steps);
         let build = costs.nanoseconds(count, steps as f64);
-        // The linear scan's build is a copy of the ids; it must not keep the first tree from being tried.
+        // The linear scan's build is a copy of the ids; spending it could keep the first tree from being tried.
         if kind != IndexKind::Linear {
             self.budget.spend(build);
         }
@@ -254,6 +262,7 @@ impl Trials<'_, '_> {
     }
 }
 
+/// Chooses the error to return if no candidate can be built.
 fn least_missing(estimates: &[Candidate]) -> BuildError {
     let mut errors = estimates.iter().filter_map(|estimate| match estimate.expectation {
         Expectation::LeftOut(error) => Some(error),
@@ -273,7 +282,7 @@ fn least_missing(estimates: &[Candidate]) -> BuildError {
     })
 }
 
-/// Builds a candidate, counts the steps of that in `steps`, and answers the rays with it.
+/// Builds a candidate, writes the number of steps to `steps`, and answers the rays with the index.
 fn try_candidate(
     kind: IndexKind,
     scene: &Scene<'_>,
@@ -285,7 +294,7 @@ fn try_candidate(
     let index = kind.build_counted(scene, options, arena, scratch, &Sequential, steps)?;
     let mut counters = Counters::default();
     let mut count = 0_u64;
-    // What the linear scan takes is known: its box, and all triangles.
+    // The work of the linear scan is known: a node if the ray meets the scene's box, and then all triangles.
     let scan = (kind == IndexKind::Linear).then(|| index.sections().nodes().last());
     let mut ask = |ray: &Ray| {
         count += 1;
@@ -304,7 +313,7 @@ fn try_candidate(
     } else {
         scene.rays.iter().for_each(&mut ask);
     }
-    // An empty scene has no rays of its own.
+    // The sample of an empty scene has no rays.
     let per_ray = 1.0 / if count > 0 { count as f64 } else { 1.0 };
     Ok(Cost {
         build_nanoseconds: 0.0,
@@ -315,8 +324,8 @@ fn try_candidate(
     })
 }
 
-/// A number, at least 0, with so many decimals. The formatting of `f64` in the standard library can panic, as
-/// far as the compiler can tell.
+/// Number, at least 0, printed with `PLACES` decimals. As far as the compiler can tell, the standard library's
+/// formatting of `f64` can panic.
 struct Decimal<const PLACES: u32>(f64);
 
 impl<const PLACES: u32> fmt::Display for Decimal<PLACES> {
@@ -358,7 +367,7 @@ impl fmt::Display for Selection {
                 f.write_str("as much")?;
             }
         }
-        // Candidates that were not worth their build stand in one list; the others each with a reason.
+        // First the candidates that were not worth their build, in one list; then the others, each with a reason.
         let mut separator = "; not worth building: ";
         for candidate in &self.candidates {
             if let Expectation::LeftOut(BuildError::TooMuchWork { .. }) = candidate.expectation {

@@ -1,8 +1,12 @@
-//! A bounding volume hierarchy built by inserting one triangle after the other.
+//! Build of a BVH by inserting one triangle after the other.
 //!
-//! From the root, a triangle goes down to the child whose surface grows least, as long as that costs
-//! less than making it the sibling of the node reached. Order matters: sorted triangles give poor
-//! trees, so they are inserted in a scattered order, the same for the same count.
+//! 1. From the root, a triangle goes down to the child whose surface grows least, as long as that costs less than making
+//!    the triangle the sibling of the node reached.
+//! 2. There, the node and the triangle become the children of a new node.
+//! 3. Boxes and heights are renewed on the way back.
+//!
+//! Sorted triangles would give poor trees. So triangles are inserted in a scattered order, which depends on their number
+//! only.
 //!
 //! # Source
 //! J. Goldsmith, J. Salmon, *Automatic Creation of Object Hierarchies for Ray Tracing*, 1987. Deviation:
@@ -19,14 +23,14 @@ use crate::input::Options;
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::structure::Group;
 
-/// A node being built: an inner node has `links` to two nodes, a leaf to the first and the last of a
-/// list of triangles.
+/// Node of a tree under construction. The links of an inner node are its children; those of a leaf are the first and the
+/// last triangle of a linked list.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct BuildNode {
     bounds: Aabb,
     links: [u32; 2],
-    /// Levels below; 0 for a leaf.
+    /// The number of levels below; 0 for a leaf.
     height: u32,
 }
 
@@ -41,7 +45,7 @@ pub(super) const fn scratch_bytes(triangle_count: usize) -> usize {
         .saturating_add(size_of_slice::<u32>(triangle_count))
 }
 
-/// Inserts the triangles of a group and writes the tree; `full` is the error if the scratch is too small.
+/// Inserts the triangles of a group, and writes the tree. `full` is the error if the scratch is too small.
 ///
 /// # Errors
 /// `full`, and [`BuildError::TooMuchWork`].
@@ -54,11 +58,12 @@ pub(super) fn build(
 ) -> Result<(), BuildError> {
     let count = group.ids.len();
     let nodes = arena.take::<BuildNode>(node_count(count)).ok_or(full)?;
-    // The list of a leaf, by index in the group; a leaf has several only where no level is left.
+    // For each triangle of the group, the next one in the list of its leaf. A list has several triangles only where no level
+    // is left.
     let next = arena.take::<u32>(count).ok_or(full)?;
     next.fill(NONE);
     let mut tree = InsertionTree { nodes, next, used: 0 };
-    // A step coprime to the count, near the golden section of it, visits every index once.
+    // A step that is coprime to the count, near its golden section, visits every triangle once, in a scattered order.
     let mut step = (count as u64 * 618 / 1000).max(1);
     while greatest_common_divisor(step, count as u64) != 1 {
         step += 1;
@@ -68,7 +73,7 @@ pub(super) fn build(
         let id = group.ids.get(index as usize).copied().unwrap_or(0);
         let bounds = group.triangles.get(id).unwrap_or_default().bounds();
         let levels = tree.insert(index as u32, bounds, options).ok_or(full)?;
-        // A step for each box compared on the way down, and for each renewed on the way back.
+        // A step for each box that was compared on the way down, and for each that was renewed on the way back.
         words.spend(2 * levels as u64)?;
         index = (index + step) % count.max(1) as u64;
     }
@@ -100,14 +105,14 @@ impl InsertionTree<'_> {
         Some(id as u32)
     }
 
-    /// Inserts a triangle, and returns the number of nodes on the way to its leaf.
+    /// Inserts a triangle (by its index in the group), and returns the number of nodes on the way to its leaf.
     fn insert(&mut self, index: u32, bounds: Aabb, options: &Options) -> Option<usize> {
         let leaf = BuildNode { bounds, links: [index, index], height: 0 };
         if self.used == 0 {
             self.push(leaf)?;
             return Some(1);
         }
-        // 1. Down to where the new triangle costs least: a node around both, or growth further down.
+        // 1. Go down to where the new triangle costs least: in a new node around it and a node, or further down.
         let mut path = ArrayVec::<u32, { MAX_DEPTH as usize + 1 }>::new();
         let mut at = 0;
         let node = loop {
@@ -120,8 +125,8 @@ impl InsertionTree<'_> {
             at = child;
         };
 
-        // 2. The node moves down and a node around both takes its place; or, where no level is left,
-        // the leaf takes one more.
+        // 2. Make a new node of the node and the triangle, in the node's slot. If no level is left, add the triangle to the
+        // leaf instead.
         if path.len() as u32 + node.height <= MAX_DEPTH {
             let links = [self.push(node)?, self.push(leaf)?];
             *self.nodes.get_mut(at as usize)? =
@@ -131,7 +136,7 @@ impl InsertionTree<'_> {
             self.nodes.get_mut(at as usize)?.links[1] = index;
         }
 
-        // 3. Boxes and heights on the way back.
+        // 3. Renew boxes and heights on the way back.
         for &at in path.iter().rev() {
             let [left, right] = self.nodes.get(at as usize)?.links;
             let is_leaf = self.nodes.get(at as usize)?.height == 0;
@@ -145,8 +150,8 @@ impl InsertionTree<'_> {
         Some(path.len())
     }
 
-    /// The child to go down to, or `None` inside if the triangle belongs beside the node itself, which
-    /// is only possible where that `fits`.
+    /// Chooses the child to go down to. The inner value is `None` if the triangle belongs beside the node itself, which is
+    /// possible only if it `fits`: if a level is left for the new node.
     #[expect(clippy::option_option, reason = "the outer one is for `?`")]
     fn cheaper_child(
         &self,
@@ -164,7 +169,7 @@ impl InsertionTree<'_> {
         let [left, right] = node.links;
         let (l, r) = (self.nodes.get(left as usize)?, self.nodes.get(right as usize)?);
         let (l_growth, r_growth) = (growth(&l.bounds), growth(&r.bounds));
-        // Of two that grow alike the lower, so that coincident triangles make a balanced tree.
+        // Of two whose growth is the same, the lower tree, so that coincident triangles make a balanced tree.
         let go_right = r_growth < l_growth || (r_growth == l_growth && r.height < l.height);
         let (child, least) = if go_right { (right, r_growth) } else { (left, l_growth) };
         let model = &options.cost_model();
@@ -174,7 +179,7 @@ impl InsertionTree<'_> {
     }
 }
 
-/// Writes a subtree in depth-first order and returns the link to it. As deep a recursion as the tree.
+/// Writes a subtree in depth-first order, and returns the link to it. The recursion is as deep as the tree.
 fn write(
     tree: &InsertionTree<'_>,
     at: u32,

@@ -1,13 +1,14 @@
-//! The bounding volume hierarchy: a binary tree of boxes, each triangle in one leaf.
+//! The bounding volume hierarchy (BVH): a binary tree of boxes, each triangle in one leaf.
 //!
 //! ```text
 //! words:  root: a link; then the nodes in depth-first order
-//! inner:  for each of two children: its box (6 f32 bits: lo, hi) and a link
+//! inner:  for each of two children: box (6 words, f32 bits: lo, hi), link
 //! leaf:   count | id id id ...
 //! link:   offset of the node, the highest bit set for a leaf
 //! ```
-//! Built from above: the triangles are divided where the surface of either part's box times its
-//! triangles is least, by their centroids in bins; or by insertion (`bvh_insertion`).
+//! The default build is top-down by the binned surface-area heuristic (SAH): triangles are partitioned, by their centroids
+//! in bins, where the sum of (surface of the part's box) * (number of triangles in it) is least. The other build is by
+//! [`insertion`].
 //!
 //! # Source
 //! T. Kay, J. Kajiya, *Ray Tracing Complex Scenes*, 1986; J. Goldsmith, J. Salmon, *Automatic Creation
@@ -29,27 +30,33 @@ use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
 
-/// The bounding volume hierarchy, alone or as the local index of a hierarchy.
+/// Bounding volume hierarchy with two children a node, over the whole scene or, in a hierarchy, over a cluster.
 pub enum Bvh {}
 
+/// The bit of a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
+/// Links have 31 bits.
 const MOST_WORDS: usize = 1 << 31;
-/// A box and a link.
+/// Words of a child in an inner node: a box and a link.
 const CHILD_WORDS: u32 = 7;
 const INNER_WORDS: u32 = 2 * CHILD_WORDS;
-/// From here on triangles are divided into equal halves, which needs at most 30 more levels.
+/// Depth from which on triangles are divided into equal halves, which needs at most 30 more levels.
 const BALANCED_FROM: u32 = 30;
-/// The levels of the deepest tree.
+/// Depth of the deepest tree.
 pub(super) const MAX_DEPTH: u32 = 62;
-/// Bins an axis. 8 cost about 2% more steps, 32 were no better.
+/// Number of bins along an axis.
+///
+/// # Measured
+/// - 8 cost about 2% more steps.
+/// - 32 were no better.
 const BINS: usize = 16;
 
-/// Appends an inner node without its links, and returns where the first box lies.
+/// Appends an inner node, to be filled in later, and returns the offset of its first child.
 pub(super) fn push_inner(words: &mut Words<'_>) -> usize {
     words.reserve(INNER_WORDS as usize)
 }
 
-/// Fills in a child of an inner node whose first box lies at `boxes`.
+/// Fills in a child of an inner node whose first child lies at the offset `boxes`.
 pub(super) fn set_child(
     words: &mut Words<'_>,
     boxes: usize,
@@ -65,7 +72,7 @@ pub(super) fn set_child(
     words.set(offset + CHILD_WORDS as usize - 1, link);
 }
 
-/// Appends a leaf and returns the link to it.
+/// Appends a leaf, and returns the link to it.
 pub(super) fn push_leaf(
     words: &mut Words<'_>,
     start: usize,
@@ -81,7 +88,7 @@ pub(super) fn push_leaf(
     (offset - start) as u32 | LEAF
 }
 
-/// See [`LocalIndex::scratch_bytes`].
+/// Bounds the scratch; see [`LocalIndex::scratch_bytes`].
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     match options.bvh_build {
         BvhBuild::Binned => size_of_slice::<u32>(triangle_count).saturating_mul(2),
@@ -111,7 +118,7 @@ impl LocalIndex for Bvh {
         let count = group.ids.len();
         let needed = Self::scratch_bytes(count, options);
         let full = BuildError::ScratchFull { needed, given: scratch.len() };
-        // At most two inner nodes' worth and two words of leaf for each triangle.
+        // For each triangle at most an inner node, and a leaf of two words.
         if words.len().saturating_add(count.saturating_mul(INNER_WORDS as usize + 3)) >= MOST_WORDS
         {
             return Err(BuildError::TooLarge);
@@ -194,11 +201,11 @@ struct BvhBuilder<'b, 'w> {
     group: &'b Group<'b>,
     options: &'b Options,
     words: &'b mut Words<'w>,
-    /// The word from which links count.
+    /// The offset of the group's first word, from which links count.
     start: usize,
 }
 
-/// Where triangles are divided: by the bin of their centre on an axis.
+/// Partition of triangles by the bin of their centroid on an axis.
 struct BinnedSplit {
     axis: usize,
     /// The first bin of the upper part.
@@ -211,13 +218,14 @@ impl BvhBuilder<'_, '_> {
         self.group.triangles.get(id).map_or(Aabb::EMPTY, |triangle| triangle.bounds())
     }
 
-    /// Appends the node of some triangles and returns the link to it. `other` is as long as `ids`.
-    /// As deep a recursion as the tree, at most 62.
+    /// Appends the node of some triangles, and returns the link to it. `other` is a buffer as long as `ids`. The recursion is
+    /// as deep as the tree, at most 62 levels.
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`].
     fn node(&mut self, ids: &mut [u32], other: &mut [u32], depth: u32) -> Result<u32, BuildError> {
         self.words.spend(ids.len() as u64)?;
+        // 1. Bound the triangles and their centroids.
         let mut bounds = Aabb::EMPTY;
         let mut centroids = Aabb::EMPTY;
         for &id in ids.iter() {
@@ -225,6 +233,7 @@ impl BvhBuilder<'_, '_> {
             bounds = bounds.union(triangle);
             centroids = centroids.with_point(triangle.centre());
         }
+        // 2. Partition them, if the level allows that and SAH or the leaf's size asks for it.
         let most_depth = match self.options.level {
             Level::Automatic => MAX_DEPTH,
             Level::AtMost(level) => level.min(MAX_DEPTH),
@@ -241,6 +250,7 @@ impl BvhBuilder<'_, '_> {
             return Ok(push_leaf(self.words, self.start, ids.iter().copied()));
         };
 
+        // 3. Append the node, then each child with its subtree.
         let boxes = push_inner(self.words);
         let offset = (boxes - self.start) as u32;
         let (below, above) = ids.split_at_mut_checked(middle).unwrap_or_default();
@@ -255,12 +265,13 @@ impl BvhBuilder<'_, '_> {
         Ok(offset)
     }
 
-    /// The best division, if it is better than a leaf or the leaf would be too large.
+    /// Finds the partition of least SAH cost; `None` if a leaf is cheaper and not too large.
     fn split(&self, bounds: &Aabb, centroids: &Aabb, ids: &[u32]) -> Option<BinnedSplit> {
         let model = &self.options.cost_model();
         let whole = half_area(bounds.extent());
         let mut best: Option<BinnedSplit> = None;
         for axis in 0..3 {
+            // 1. Fill the bins.
             let mut counts = [0_u32; BINS];
             let mut boxes = [Aabb::EMPTY; BINS];
             for &id in ids {
@@ -271,7 +282,7 @@ impl BvhBuilder<'_, '_> {
                     *bounds = bounds.union(triangle);
                 }
             }
-            // Sweep upwards for the lower parts, then downwards.
+            // 2. Sweep upwards for the costs of the lower parts, then downwards for the upper parts and the sums.
             let mut lower = [0.0; BINS];
             let (mut sum, mut part) = (0, Aabb::EMPTY);
             for ((cost, &count), bounds) in lower.iter_mut().zip(&counts).zip(&boxes) {
@@ -292,6 +303,7 @@ impl BvhBuilder<'_, '_> {
                 }
             }
         }
+        // 3. Compare the best partition with a leaf.
         let split = best?;
         let divided = model.traversal * 2.0 * whole + model.intersection * split.cost;
         let leaf = model.intersection * whole * ids.len() as f64;
@@ -300,6 +312,7 @@ impl BvhBuilder<'_, '_> {
     }
 }
 
+/// Finds the bin of a triangle's centroid on an axis.
 fn bin_of(centroids: &Aabb, axis: usize, triangle: &Aabb) -> usize {
     let (centre, lo) = (triangle.centre().to_array(), centroids.lo.to_array());
     let extent = centroids.extent();
@@ -307,11 +320,12 @@ fn bin_of(centroids: &Aabb, axis: usize, triangle: &Aabb) -> usize {
     else {
         return 0;
     };
-    // The cast saturates, and takes a NaN (0 / 0) to 0.
+    // The cast saturates, and maps a NaN (0 / 0) to 0.
     (((f64::from(c) - f64::from(lo)) / width * BINS as f64) as usize).min(BINS - 1)
 }
 
-/// Moves the lower part to the front, keeping the order, and returns its length.
+/// Partitions `ids`: moves the lower part to the front, keeps the order within both parts, and returns the length of the
+/// lower part.
 fn partition(
     builder: &BvhBuilder<'_, '_>,
     centroids: &Aabb,
