@@ -1,6 +1,6 @@
-//! The BSP tree: cells halved in the middle, the axes in turn.
+//! The BSP tree: cells are halved at the midpoint, the axes in turn.
 //!
-//! An axis on which the cell is flat is passed over.
+//! An axis on which the cell is flat is skipped.
 //!
 //! # Source
 //! K. Sung, P. Shirley, *Ray Tracing with the BSP Tree*, 1992.
@@ -11,10 +11,10 @@ use crate::cost::Weights;
 use crate::input::CostModel;
 use crate::structure::{Described, Group};
 
-/// The BSP tree, alone or as the local index of a hierarchy.
+/// BSP tree, over the whole scene or, in a hierarchy, over a cluster.
 pub type BspTree = PlaneTree<AxesInTurn>;
 
-/// Divides a cell in the middle, the axes in turn.
+/// Policy of the BSP tree: the midpoint, the axes in turn.
 pub enum AxesInTurn {}
 
 impl PlanePolicy for AxesInTurn {

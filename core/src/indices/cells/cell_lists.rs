@@ -1,21 +1,27 @@
-//! Filing triangles in the cells of a tree, from the root down: what `octants` and `plane_tree` share.
+//! Filing triangles in the cells of a tree, from the root down: shared by octant trees and plane trees.
 //!
 //! ```text
-//! ids    | root's list | a child's list | a grandchild's list | ...     one for each level on the way down
-//! parts  | in which parts of its cell each of these lies, one bit each
+//! ids    | root's list | a child's list | a grandchild's list | ...     one list for each level on the way down
+//! parts  | for each of these triangles, one bit for each part of its cell that it lies in
 //! leaf:  count | id id id ...
 //! ```
-//! Only the lists on the way down are kept: a child's is gathered behind its parent's, and the next child's
-//! overwrites it. A triangle may be filed in several parts. Links count words from the group's first, with
-//! the highest bit set for a leaf.
+//! - Only the lists on the way down are kept: a child's list is gathered behind its parent's, and the next child's list
+//!   overwrites it.
+//! - A triangle may be filed in several parts. Each time is a *reference*.
+//! - Links count words from the group's first word. The highest bit is set for a leaf.
 //!
 //! # The bound on references
-//! A tree of `n` triangles has at most `n * allowance` references. The root may have that many; a node hands what it
-//! may have on to its parts, in proportion to the triangles filed in each, and is divided only if the parts may
-//! have what is filed in them. So where triangles lie in one place, which no plane parts, a node becomes a leaf as
-//! soon as its share is used up, wherever else the tree goes on. A level files at most `n * allowance`
-//! references, each in at most nine steps and those of choosing planes. So a tree of `d` levels takes at most
-//! `n * allowance * d` times that many.
+//! A tree of `n` triangles has at most `n * allowance` references.
+//!
+//! 1. The root may have `n * allowance` references.
+//! 2. A node hands its allowance on to its parts, in proportion to the triangles that are filed in each.
+//! 3. A node is divided only if the parts may have the references that are filed in them.
+//!
+//! So where triangles lie in one place, which no plane divides, a node becomes a leaf as soon as its share is used up,
+//! however deep the tree is elsewhere.
+//!
+//! Cost: a level files at most `n * allowance` references, each in at most nine steps and those of choosing planes. A tree
+//! of `d` levels takes at most `n * allowance * d` times that many.
 
 use super::tree_cell::Cell;
 use crate::cost::Estimate;
@@ -26,18 +32,25 @@ use crate::input::{CostModel, Level, Options};
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::structure::{Group, Local};
 
+/// The bit of a link that leads to a leaf.
 pub(super) const LEAF: u32 = 1 << 31;
 /// Links have 31 bits.
 const MOST_WORDS: usize = 1 << 31;
 
-/// References a triangle that a tree may have whose level is found. The built-in scenes take 1 to 8 in an octree and
-/// 1 to 6 in a kd-tree, triangles strewn over a cube 11.
+/// Allowance of references a triangle in a tree whose level is found.
+///
+/// # Measured
+/// - The built-in scenes take 1 to 8 references a triangle in an octree, and 1 to 6 in a kd-tree.
+/// - Triangles strewn over a cube take 11.
 const ALLOWANCE: u64 = 16;
-/// References a triangle where the level is given, which says how large the tree is meant to be. An octree of level 11
-/// with one triangle a leaf, as in the paper's tables, takes 270 a triangle on figure 4(b), 720 on figure 3.
+/// Allowance of references a triangle in a tree whose level is given; the level says how large the tree is meant to be.
+///
+/// # Measured
+/// - An octree of level 11 with one triangle a leaf, as in the paper's tables, takes 270 references a triangle on figure
+///   4(b), 720 on figure 3.
 const ALLOWANCE_OF_GIVEN_LEVEL: u64 = 4096;
 
-/// The references that a tree of `triangle_count` triangles may have.
+/// The largest number of references that a tree of `triangle_count` triangles may have.
 pub(super) fn most_references(triangle_count: usize, options: &Options) -> u64 {
     let allowance = match options.level {
         Level::Automatic => ALLOWANCE,
@@ -46,7 +59,7 @@ pub(super) fn most_references(triangle_count: usize, options: &Options) -> u64 {
     allowance.saturating_mul(triangle_count as u64)
 }
 
-/// Room for the lists of `levels` levels below the root, none longer than the one above.
+/// Memory for the lists of the root and of `levels` levels below; no list is longer than the one above.
 pub(super) struct Lists<'s> {
     ids: &'s mut [u32],
     parts: &'s mut [u8],
@@ -58,7 +71,7 @@ impl<'s> Lists<'s> {
         size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
     }
 
-    /// The root's list is the whole group.
+    /// Takes the lists from the scratch, and fills the root's with the whole group.
     pub fn new(
         group: &Group<'_>,
         levels: usize,
@@ -78,7 +91,7 @@ impl<'s> Lists<'s> {
     }
 }
 
-/// The triangles of a cell: a run of the lists.
+/// Triangles of a cell: a run of the lists.
 #[derive(Clone, Copy)]
 pub(super) struct List {
     from: usize,
@@ -95,58 +108,59 @@ impl List {
     }
 }
 
-/// The parts of a cell that a triangle lies in.
+/// Parts of a cell that a triangle lies in.
 #[derive(Clone, Copy)]
 pub(super) struct Placement {
     /// One bit for each part.
     pub mask: u8,
-    /// Looks at the triangle that finding them took: one, and one for each box it was compared with.
+    /// Steps that finding the parts took: a look at the triangle, and one for each box it was compared with.
     pub steps: u32,
 }
 
-/// The number of references in the parts of a cell, and the most that there may be below them.
+/// References in the parts of a cell, and how many there may be below them.
 #[derive(Clone, Copy)]
 pub(super) struct Parts {
-    /// The parts in which something is filed, one bit each.
+    /// The parts in which a triangle is filed, one bit each.
     pub mask: u8,
-    /// References in all of them together.
+    /// The number of references in all parts together.
     references: u64,
-    /// References that all may have together.
+    /// The largest number of references that all subtrees together may have.
     most_references: u64,
 }
 
 impl Parts {
-    /// The references that a part may have: its share by what is filed in it, and at least that.
+    /// The number of references that the subtree of a part may have: in proportion to the triangles filed in the part, and at
+    /// least as many.
     pub fn share(&self, part: List) -> u64 {
         let product = u128::from(self.most_references) * part.len() as u128;
         product.checked_div(u128::from(self.references)).unwrap_or(0) as u64
     }
 }
 
-/// A node that is about to be written.
+/// Node that is about to be written.
 #[derive(Clone, Copy)]
 pub(super) struct OpenNode {
     pub list: List,
-    /// Where it begins, from the group's first word.
+    /// The offset of the node from the group's first word.
     pub offset: u32,
-    /// The chance that a ray through the group enters it.
+    /// The probability that a ray through the group enters the node (surface-area heuristic).
     probability: f64,
 }
 
-/// The state of a build, or of an attempt that only counts.
+/// State of a build, or of a dry run.
 pub(super) struct Filing<'b, 'g, 's, 'w> {
     pub group: &'b Group<'g>,
     pub words: &'b mut Words<'w>,
     lists: &'b mut Lists<'s>,
     root_half_area: f64,
     estimate: Estimate,
-    /// The word from which links count.
+    /// The offset of the group's first word, from which links count.
     start: usize,
 }
 
 impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
-    /// Writes a tree: `root` appends the root's node, with the list of the whole group, and returns the link
-    /// to it. Returns the estimated cost.
+    /// Writes a tree, and returns its estimated cost. `root` appends the root's node, with the list of the whole group, and
+    /// returns the link to it.
     pub fn write(
         group: &'b Group<'g>,
         model: &CostModel,
@@ -165,19 +179,19 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         Ok(filing.estimate.total())
     }
 
-    /// The triangles of a list.
+    /// The ids of a list's triangles.
     pub fn ids(&self, list: List) -> &[u32] {
         self.lists.ids.get(list.from..list.to).unwrap_or(&[])
     }
 
-    /// Begins the node of a cell.
+    /// Begins the node of a cell, and adds it to the estimated cost.
     pub fn begin(&mut self, list: List, cell: &Cell) -> Result<OpenNode, BuildError> {
         let offset = self.words.len() - self.start;
         if offset.saturating_add(list.to - list.from) >= MOST_WORDS {
             return Err(BuildError::TooLarge);
         }
         let half_area = cell.half_area_within(&self.group.bounds);
-        // A group on a line has no surface; every ray that meets it meets all of it.
+        // A group on a line has no surface area; a ray that meets the group meets all of it.
         let probability =
             if self.root_half_area > 0.0 { half_area / self.root_half_area } else { 1.0 };
         self.estimate.add_node(probability);
@@ -193,8 +207,8 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         node.offset | LEAF
     }
 
-    /// Notes in which parts each triangle lies, one bit a part. `None` if the node is not to be divided, since there
-    /// would be more references than it may have.
+    /// Marks for each triangle of a list which parts of the cell it lies in. `None` if the parts would have more references
+    /// than the node may have, so that the node is not to be divided.
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`].
@@ -205,7 +219,7 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         mut parts_of: impl FnMut(&Triangle) -> Placement,
     ) -> Result<Option<Parts>, BuildError> {
         let mut mask = 0;
-        // Each triangle lies in one part at least, so what there will be at least is known from the beginning.
+        // Each triangle lies in at least one part, so there are at least as many references as triangles.
         let mut references = list.len() as u64;
         for at in list.from..list.to {
             if references > most_references {
@@ -225,7 +239,7 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         Ok((references <= most_references).then_some(parts))
     }
 
-    /// Gathers the triangles of one part behind the list.
+    /// Gathers the triangles of one part into a list behind `list`.
     pub fn gather(&mut self, list: List, part: u32) -> List {
         let mut end = list.to;
         for at in list.from..list.to {
@@ -241,7 +255,7 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
     }
 }
 
-/// The leaf at `offset`, if it is one that `Filing` may have written.
+/// Checks the leaf at `offset`: its length, and that it names triangles of the scene.
 pub(super) fn check_leaf(local: &Local<'_>, offset: u32) -> Option<depth_first::CheckedNode> {
     let references = local.word(offset);
     let words = references.checked_add(1)?;

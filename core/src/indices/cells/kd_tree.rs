@@ -1,5 +1,5 @@
-//! The kd-tree: each cell divided by the plane for which the estimated tests are fewest, as long as
-//! that is better than not dividing.
+//! The kd-tree: each cell is divided by the plane of least estimated cost (SAH), as long as that is better than not
+//! dividing.
 //!
 //! # Source
 //! J. D. MacDonald, K. S. Booth, *Heuristics for Ray Tracing Using Space Subdivision*, 1990.
@@ -11,10 +11,10 @@ use crate::cost::Weights;
 use crate::input::CostModel;
 use crate::structure::{Described, Group};
 
-/// The kd-tree, alone or as the local index of a hierarchy.
+/// Kd-tree, over the whole scene or, in a hierarchy, over a cluster.
 pub type KdTree = PlaneTree<LeastCostPlane>;
 
-/// Divides a cell by the plane for which the estimated tests are fewest.
+/// Policy of the kd-tree: the plane with the fewest estimated tests.
 pub enum LeastCostPlane {}
 
 impl PlanePolicy for LeastCostPlane {

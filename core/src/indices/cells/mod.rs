@@ -1,10 +1,10 @@
 //! Hierarchies of cells: octree, octree-R, kd-tree and BSP tree.
 //!
 //! ```text
-//! cells that are eight octants:  octant_tree <- octree (in the middle), octree_r (where it costs least)
-//! cells that a plane divides:    plane_tree  <- kd_tree, bsp_tree
+//! cells of up to eight octants:  octant_tree <- octree (midpoints), octree_r (least cost)
+//! cells that a plane divides:    plane_tree  <- kd_tree (least cost), bsp_tree (midpoints)
 //! ```
-//! A tree and the policy that divides its cells make an index.
+//! An index is a tree with a policy, which chooses the planes.
 
 #[cfg(feature = "bsp-tree")]
 mod bsp_tree;

@@ -1,4 +1,4 @@
-//! Trees of cells divided into up to eight: what the octree and the octree-R share.
+//! Trees of cells with up to eight children: shared by the octree and the octree-R.
 //!
 //! ```text
 //! words:  root: a link; then the nodes in depth-first order
@@ -6,27 +6,33 @@
 //! leaf:   count      | id id id ...
 //! link:   offset of the node, the highest bit set for a leaf
 //! ```
-//! Octant bit 0 is set for the upper half in x, bit 1 in y, bit 2 in z. An axis may be left undivided;
-//! its bit is then 0 in all children. The root cell is a cube at the lower corner of the group's box:
-//! cells stay cubes where they are halved, and what is flat lies on one face of the cube rather than
-//! in the middle. Building and walking compute or store the same planes, so a cell is the same closed
-//! box for both.
+//! - Octant bit 0 is set for the upper half in x, bit 1 in y, bit 2 in z.
+//! - An axis may be left undivided; its bit is then 0 in all children.
+//! - The root cell is a cube at the lower corner of the group's box. So cells stay cubes where they are halved, and a flat
+//!   group lies on one face of the cube rather than in the middle.
+//! - Build and traversal compute or store the same planes, so a cell is the same closed box for both.
 //!
 //! # Invariants
-//! Every point of a triangle lies in a leaf cell in which the triangle is filed. By induction from the
-//! root: let a point lie in a cell where its triangle is filed. On each axis choose a half that holds
-//! it; on the plane itself, the upper half if the triangle reaches above, else the lower. In that half
-//! the triangle is filed by extent, and the overlap test never rejects a box that shares a point.
-//! The walk visits every non-empty cell the ray may touch, so it meets that leaf.
+//! Every point of a triangle lies in a leaf cell in which the triangle is filed. By induction from the root, let a point
+//! lie in a cell in which its triangle is filed:
+//! 1. On each axis choose a half that holds the point; for a point on the plane, the upper half if the triangle reaches
+//!    above the plane, else the lower.
+//! 2. By its extent, the triangle is filed in that half.
+//! 3. The overlap test never rejects a box that shares a point with the triangle.
+//!
+//! The traversal visits every non-empty cell that the ray may touch, so it meets that leaf.
 //!
 //! # Source
 //! J. Revelles, C. Ureña, M. Lastra, *An Efficient Parametric Algorithm for Octree Traversal*, 2000.
-//! Deviations: (1) instead of reflecting a ray that runs downwards about the centre, which rounds, near
-//! and far planes are exchanged and the octant's bits flipped, which does not; (2) each plane's
-//! parameter is computed from its coordinate, not by averaging its neighbours', so that errors do not
-//! grow with the level; (3) where crossings of several planes are too close to tell their order, all
-//! cells that may come next are visited, not one. Cells are visited in the order of their octant with
-//! flipped bits, which is front to back.
+//! Deviations:
+//! 1. A ray that runs downwards is not reflected about the centre, because that rounds. Instead, near and far planes are
+//!    exchanged and the octant's bits flipped, which does not round.
+//! 2. Each plane's parameter is computed from its coordinate, not by averaging its neighbours', so that errors do not grow
+//!    with the level.
+//! 3. Where crossings of several planes are too close to tell their order, all cells that may come next are visited, not
+//!    one.
+//!
+//! Cells are visited in the order of their octants with flipped bits, which is front to back.
 
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
@@ -44,8 +50,9 @@ use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
 
+/// Levels of the deepest tree, the root's included.
 const LEVELS: usize = MAX_LEVEL as usize + 1;
-/// Surfaces fill 4^12 = 16 million cells of this level; scratch grows with it.
+/// Highest level that the automatic level tries. A surface fills 4^12 = 16 million cells of it; scratch grows with it.
 const MAX_AUTOMATIC_LEVEL: u32 = 12;
 
 const fn levels_at_most(options: &Options) -> usize {
@@ -56,34 +63,34 @@ const fn levels_at_most(options: &Options) -> usize {
     (if level < MAX_LEVEL { level } else { MAX_LEVEL }) as usize
 }
 
-/// See [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
+/// Bounds the scratch; see [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     Lists::scratch_bytes(triangle_count, levels_at_most(options))
 }
 
-/// The plane across each axis, where there is one.
+/// Plane across each axis; `None` for an undivided axis.
 pub type Planes = [Option<f64>; 3];
 
-/// Where cells are divided.
+/// Policy that chooses where cells are divided.
 pub trait OctantPolicy: 'static {
-    /// Bits of an inner node's first word that say which axes are divided; 0 if all always are.
+    /// The bits of an inner node's first word that say which axes are divided; 0 if all always are.
     const AXES: u32;
-    /// Looks at each triangle that choosing planes takes.
+    /// The number of looks at each triangle that choosing planes takes.
     const LOOKS: u64;
 
-    /// The planes for a cell that holds some triangles, strictly inside it; all `None` for a leaf.
+    /// Chooses the planes for a cell that holds some triangles, strictly inside it; all `None` for a leaf.
     fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes;
 
-    /// The planes of an inner node as `choose` gave them.
+    /// Computes or reads the planes of an inner node, as `choose` gave them.
     fn planes(local: &Local<'_>, offset: u32, head: u32, cell: &Cell) -> Planes;
 
-    /// How many words the planes take in a node with this first word.
+    /// The number of words that the planes take in a node with this first word.
     fn stored(head: u32) -> u32 {
         (head & Self::AXES).count_ones()
     }
 }
 
-/// A tree of cells divided as `P` says.
+/// Tree of cells that the policy `P` divides.
 pub struct OctantTree<P>(PhantomData<P>);
 
 impl<P: OctantPolicy> LocalIndex for OctantTree<P>
@@ -179,7 +186,7 @@ where
 }
 
 impl<P: OctantPolicy> OctantTree<P> {
-    /// Enters a node: tests a leaf's triangles, or pushes the frame of an inner node.
+    /// Enters a node: tests the triangles of a leaf, or pushes the frame of an inner node.
     #[inline]
     fn enter<Q: Query>(
         local: &Local<'_>,
@@ -199,7 +206,7 @@ impl<P: OctantPolicy> OctantTree<P> {
         let planes = P::planes(local, offset, head, &cell);
         let crossing = |axis: usize| match planes[axis] {
             Some(plane) => ray.crossing(axis, plane),
-            // Both halves are the whole.
+            // Without a plane, both halves are the whole.
             None => AxisCrossing { earliest: f64::NEG_INFINITY, latest: f64::INFINITY },
         };
         let crossings = [crossing(0), crossing(1), crossing(2)];
@@ -219,23 +226,24 @@ impl<P: OctantPolicy> OctantTree<P> {
     }
 }
 
-/// An inner node on the way down.
+/// Inner node on the way down.
 struct Frame {
     cell: Cell,
     planes: Planes,
-    /// Where the first link lies.
+    /// The offset of the first link.
     links: u32,
     mask: u32,
-    /// Present cells not yet looked at, by octant with flipped bits.
+    /// Children not yet visited, as octants with flipped bits.
     pending: u32,
     span: Span,
-    /// Where the half entered first ends at the latest, and the other begins at the earliest.
+    /// The latest end of the half that is entered first, on each axis.
     near_end: [f64; 3],
+    /// The earliest begin of the other half, on each axis.
     far_start: [f64; 3],
 }
 
 impl Frame {
-    /// The next cell that the ray may touch, front to back.
+    /// Finds the next child that the ray may touch, front to back: its octant, and the part of the ray.
     #[inline]
     fn next(&mut self, sign_mask: u32) -> Option<(u32, Span)> {
         while self.pending != 0 {
@@ -258,7 +266,7 @@ impl Frame {
         None
     }
 
-    /// Where the link to a present child lies.
+    /// The offset of the link to a child.
     #[inline]
     fn link_of(&self, octant: u32) -> u32 {
         self.links + (self.mask & ((1 << octant) - 1)).count_ones()
@@ -272,10 +280,11 @@ struct OctantBuilder<'f, 'b, 'g, 's, 'w, P> {
     division: PhantomData<P>,
 }
 
-/// The halves of each axis, as octants with flipped bits: bit `i` stands for octant `i`.
+/// Masks of the octants in the half of each axis that is entered first: bit `i` stands for octant `i`, with flipped bits.
 const FIRST_HALF: [u32; 3] = [0b0101_0101, 0b0011_0011, 0b0000_1111];
 
-/// The octants both of whose halves on each axis the ray reaches within the span, by flipped bits.
+/// Finds the octants that the ray may reach within the span, as a mask by flipped bits: on each axis, the ray has to reach
+/// the octant's half.
 #[inline]
 fn reachable(crossings: &[AxisCrossing; 3], span: Span) -> u32 {
     let mut octants = 0xff;
@@ -286,7 +295,7 @@ fn reachable(crossings: &[AxisCrossing; 3], span: Span) -> u32 {
     octants
 }
 
-/// A mask of octants, renumbered by flipping the bits of `sign_mask` in their numbers.
+/// Renumbers a mask of octants: the bits of `sign_mask` are flipped in their numbers.
 #[inline]
 fn flipped(mask: u32, sign_mask: usize) -> u32 {
     let mut mask = mask;
@@ -300,7 +309,7 @@ fn flipped(mask: u32, sign_mask: usize) -> u32 {
 }
 
 impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
-    /// Appends the node of a list and returns the link to it. As deep a recursion as levels, at most 21.
+    /// Appends the node of a list, and returns the link to it. The recursion is as deep as the levels, at most 21.
     fn node(
         &mut self,
         list: List,
@@ -308,6 +317,7 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
         level: u32,
         most_references: u64,
     ) -> Result<u32, BuildError> {
+        // 1. Choose planes, unless a leaf is small enough or no level is left.
         let node = self.filing.begin(list, &cell)?;
         let few = list.len() <= self.options.leaf_capacity as usize;
         let planes = if few || level >= self.most_level {
@@ -320,13 +330,14 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
         if planes == [None; 3] {
             return Ok(self.filing.leaf(node));
         }
+        // 2. Find the octants of each triangle, unless there would be too many references.
         let octants = |triangle: &Triangle| octants_of(triangle, &cell, &planes);
         let Some(parts) = self.filing.mark(list, most_references, octants)? else {
             return Ok(self.filing.leaf(node));
         };
         let mask = parts.mask;
 
-        // The node, with links to be filled in; then each child.
+        // 3. Append the node, with links to be set later; then each child.
         let mut axes = 0;
         for (axis, plane) in planes.iter().enumerate() {
             axes |= u32::from(plane.is_some()) << (axis + 8);
@@ -352,12 +363,12 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
     }
 }
 
-/// The octants in which a triangle is to be filed.
+/// Finds the octants in which a triangle is filed.
 fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Placement {
     let bounds = triangle.bounds();
     let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
-    // What only touches a plane from one side is filed on that side, what lies in it in the lower half,
-    // and so is everything where there is no plane.
+    // A triangle that only touches a plane is filed on its own side; one that lies in the plane, in the lower half. On an
+    // axis without a plane, everything is in the lower half.
     let mut octants = 0xff_u8;
     for axis in 0..3 {
         const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];

@@ -1,6 +1,6 @@
-//! The octree: cells halved along all three axes until few triangles are left in each.
+//! The octree: cells are halved along all three axes until few triangles are left in each.
 //!
-//! The planes follow from the cell, so they are not stored. See `octants` for the rest.
+//! The planes follow from the cell, so they are not stored. `octant_tree` has the rest.
 //!
 //! # Source
 //! A. Glassner, *Space Subdivision for Fast Ray Tracing*, 1984; Revelles, Ureña and Lastra 2000.
@@ -11,10 +11,10 @@ use crate::cost::Weights;
 use crate::input::CostModel;
 use crate::structure::{Described, Group, Local};
 
-/// The octree, alone or as the local index of the octree hierarchy.
+/// Octree, over the whole scene or, in the paper's octree hierarchy, over a cluster.
 pub type Octree = OctantTree<Halving>;
 
-/// Divides cells in the middle of all three axes.
+/// Policy of the octree: the midpoints of all three axes.
 pub enum Halving {}
 
 impl OctantPolicy for Halving {

@@ -1,12 +1,11 @@
-//! The octree-R: cells divided into up to eight where the estimated tests are fewest.
+//! The octree-R: cells are divided into up to eight at the planes with the fewest estimated tests.
 //!
-//! On each axis by itself the plane is placed where the surface of either half times the triangles
-//! in it is least, out of 31 places; an axis where no offset is better than none is not divided, which
-//! is what flat scenes need.
+//! On each axis independently, the plane is chosen for which the sum of (surface of a half) * (number of triangles in it)
+//! is least (SAH), out of 33. An axis on which no plane is better than none stays undivided, as flat scenes need.
 //!
 //! # Source
 //! K.-Y. Whang et al., *Octree-R: An Adaptive Octree for Efficient Ray Tracing*, 1995. Deviations: an
-//! axis may stay undivided; places are a fixed number of bins.
+//! axis may stay undivided; the planes are those between a fixed number of bins.
 
 use super::octant_tree::{OctantPolicy, OctantTree, Planes};
 use super::split_cost::{CellAxis, SPLIT_LOOKS, best_split};
@@ -15,10 +14,10 @@ use crate::cost::Weights;
 use crate::input::CostModel;
 use crate::structure::{Described, Group, Local};
 
-/// The octree-R, alone or as the local index of a hierarchy.
+/// Octree-R, over the whole scene or, in a hierarchy, over a cluster.
 pub type OctreeR = OctantTree<LeastCostOctants>;
 
-/// Divides each axis of a cell where the estimated tests are fewest.
+/// Policy of the octree-R: on each axis the plane with the fewest estimated tests.
 pub enum LeastCostOctants {}
 
 impl OctantPolicy for LeastCostOctants {

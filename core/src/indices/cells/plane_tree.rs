@@ -1,4 +1,4 @@
-//! Binary trees of cells divided by planes across the axes: what kd-tree and BSP tree share.
+//! Binary trees of cells that are divided by planes across the axes: shared by kd-tree and BSP tree.
 //!
 //! ```text
 //! words:  root: a link; then the nodes in depth-first order
@@ -6,9 +6,9 @@
 //! leaf:   count | id id id ...
 //! link:   offset of the node, the highest bit set for a leaf; 0 for a half without triangles
 //! ```
-//! The root cell is the group's box. Filing and its invariant are those of `octants`, on one axis at a
-//! time: a triangle that only touches the plane is filed on its own side, one that lies in the plane in
-//! the lower half.
+//! The root cell is the group's box. Triangles are filed as in `octant_tree`, on one axis at a time, with the same
+//! invariant: a triangle that only touches the plane is filed on its own side, one that lies in the plane in the lower
+//! half.
 //!
 //! # Source
 //! M. Kaplan, *Space-Tracing: A Constant Time Ray-Tracer*, 1985; traversal as in Sung and Arvo 1992,
@@ -29,28 +29,28 @@ use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
 
+/// The link of a half without triangles.
 const EMPTY: u32 = 0;
 const INNER_WORDS: u32 = 4;
-/// Three divisions, one an axis, are one level of an octree.
+/// Divisions a level: three, one for each axis, are as much as a level of an octree.
 const DIVISIONS_PER_LEVEL: u32 = 3;
 const MAX_DEPTH: usize = (MAX_LEVEL * DIVISIONS_PER_LEVEL) as usize;
 
-/// A plane across an axis.
+/// Plane across an axis.
 #[derive(Clone, Copy)]
 pub struct Plane {
     pub axis: usize,
     pub at: f32,
 }
 
-/// Where cells are divided.
+/// Policy that chooses where cells are divided.
 pub trait PlanePolicy: 'static {
-    /// Whether a division is only made if it pays by itself. Else, where the level is found
-    /// automatically, it is found for the whole tree.
+    /// True if a cell is divided only if that pays by itself. If false, the automatic level is found for the whole tree.
     const PAYS_BY_ITSELF: bool;
-    /// Looks at each triangle that choosing a plane takes.
+    /// The number of looks at each triangle that choosing a plane takes.
     const LOOKS: u64;
 
-    /// The plane for a cell that holds some triangles, strictly inside it; `None` for a leaf.
+    /// Chooses the plane for a cell that holds some triangles, strictly inside it; `None` for a leaf.
     fn choose(
         group: &Group<'_>,
         ids: &[u32],
@@ -60,11 +60,14 @@ pub trait PlanePolicy: 'static {
     ) -> Option<Plane>;
 }
 
-/// A tree of cells divided as `P` says.
+/// Tree of cells that the policy `P` divides.
 pub struct PlaneTree<P>(PhantomData<P>);
 
-/// Balanced, a tree of `n` leaves is `log2 n` deep; 8 + 1.3 log2 n is the customary limit
-/// (Pharr, Jakob, Humphreys, *Physically Based Rendering*).
+/// Computes the customary limit of a kd-tree's depth for `n` triangles, 8 + 1.3 log2 n; a balanced tree of `n` leaves is
+/// `log2 n` deep.
+///
+/// # Source
+/// M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*.
 const fn customary_depth(triangle_count: usize) -> u32 {
     let depth = 8 + (usize::BITS - triangle_count.leading_zeros()) * 13 / 10;
     if depth < MAX_DEPTH as u32 { depth } else { MAX_DEPTH as u32 }
@@ -78,7 +81,7 @@ const fn depth_at_most(triangle_count: usize, options: &Options) -> u32 {
     }
 }
 
-/// See [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
+/// Bounds the scratch; see [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     Lists::scratch_bytes(triangle_count, depth_at_most(triangle_count, options) as usize)
 }
@@ -102,7 +105,7 @@ where
         let (root, model) = (Cell::of(&group.bounds), options.cost_model());
         let automatic = options.level == Level::Automatic;
         let most_references = most_references(group.ids.len(), options);
-        // Where each division has to pay for itself, the capacity has nothing to add.
+        // If each division has to pay for itself, a leaf capacity would only stop divisions that pay.
         let leaf_capacity = if automatic && P::PAYS_BY_ITSELF { 1 } else { options.leaf_capacity };
         let mut attempt = |most_depth: u32, words: &mut Words<'_>| {
             Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
@@ -190,8 +193,9 @@ where
     }
 }
 
-/// The parts of a cell.
+/// Number of the lower half, as a part of a cell.
 const LOWER: u32 = 0;
+/// Number of the upper half, as a part of a cell.
 const UPPER: u32 = 1;
 
 struct PlaneBuilder<'f, 'b, 'g, 's, 'w, P> {
@@ -203,7 +207,7 @@ struct PlaneBuilder<'f, 'b, 'g, 's, 'w, P> {
 }
 
 impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
-    /// Appends the node of a list and returns the link to it. As deep a recursion as the tree, at most 60.
+    /// Appends the node of a list, and returns the link to it. The recursion is as deep as the tree, at most 60.
     fn node(
         &mut self,
         list: List,
@@ -214,6 +218,7 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
         if list.is_empty() {
             return Ok(EMPTY);
         }
+        // 1. Choose a plane, unless a leaf is small enough or no level is left.
         let node = self.filing.begin(list, &cell)?;
         let few = list.len() <= self.leaf_capacity as usize;
         let plane = if few || depth >= self.most_depth {
@@ -227,11 +232,13 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
             return Ok(self.filing.leaf(node));
         };
 
+        // 2. Find the sides of each triangle, unless there would be too many references.
         let halves = cell.halves(plane.axis, f64::from(plane.at));
         let sides = |triangle: &Triangle| sides_of(triangle, plane, &halves);
         let Some(parts) = self.filing.mark(list, most_references, sides)? else {
             return Ok(self.filing.leaf(node));
         };
+        // 3. Append the node, with links to be set later; then each half.
         self.filing.words.push(plane.axis as u32);
         self.filing.words.push(plane.at.to_bits());
         let links = self.filing.words.push(EMPTY);
@@ -246,7 +253,7 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
     }
 }
 
-/// The sides of a plane on which a triangle is to be filed.
+/// Finds the sides of a plane on which a triangle is filed.
 fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Placement {
     let bounds = triangle.bounds();
     let (lo, hi) = match plane.axis {

@@ -1,9 +1,9 @@
-//! The cells that trees divide: closed boxes in `f64`, so that a plane between two `f32` has a place.
+//! Cells of a tree: closed boxes in `f64`, so that a plane may lie between two `f32`.
 
 use crate::cost::half_area;
 use crate::geometry::Aabb;
 
-/// A closed cell.
+/// Closed cell.
 #[derive(Clone, Copy)]
 pub struct Cell {
     pub lo: [f64; 3],
@@ -11,7 +11,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The cube at the lower corner of a box that holds it.
+    /// The cube whose lower corner is that of a box, and which holds the box.
     pub fn root(bounds: &Aabb) -> Self {
         let side = bounds.extent().into_iter().fold(0.0, |a, b| if b > a { b } else { a });
         let lo = bounds.lo.to_array().map(f64::from);
@@ -24,12 +24,13 @@ impl Cell {
         Self { lo, hi: [upper(0), upper(1), upper(2)] }
     }
 
+    /// The midpoint of each side, at which octrees and BSP trees divide.
     pub fn midpoint(&self) -> [f64; 3] {
         let middle = |axis: usize| (self.lo[axis] + self.hi[axis]) * 0.5;
         [middle(0), middle(1), middle(2)]
     }
 
-    /// The box itself.
+    /// The cell that is the box itself.
     pub fn of(bounds: &Aabb) -> Self {
         Self { lo: bounds.lo.to_array().map(f64::from), hi: bounds.hi.to_array().map(f64::from) }
     }
@@ -43,7 +44,7 @@ impl Cell {
         [below, above]
     }
 
-    /// The part in an octant of some planes; all of an axis without one.
+    /// The part in an octant of some planes. On an axis without a plane, it is the whole.
     pub fn child(&self, planes: &[Option<f64>; 3], octant: u32) -> Self {
         let mut child = *self;
         for (axis, plane) in planes.iter().enumerate() {
@@ -57,7 +58,7 @@ impl Cell {
         child
     }
 
-    /// Half the surface of the part inside `bounds`.
+    /// Half the surface area of the part inside `bounds`.
     pub fn half_area_within(&self, bounds: &Aabb) -> f64 {
         let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
         let side = |axis: usize| {
