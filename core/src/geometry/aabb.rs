@@ -1,11 +1,11 @@
-//! Boxes along the axes.
+//! Axis-aligned bounding boxes.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{BVec3, Vec3};
 
 use super::Ray;
 
-/// A closed box along the axes, `lo..=hi` on each.
+/// Axis-aligned bounding box (AABB), closed: `lo..=hi` on each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Aabb {
@@ -16,7 +16,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that holds nothing: joining it to a box gives that box.
+    /// The empty box: its union with a box is that box.
     pub const EMPTY: Self = Self { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
 
     /// Makes the box between two corners.
@@ -35,11 +35,11 @@ impl Aabb {
         self.union(Self::new(point, point))
     }
 
-    /// The smallest box that holds both.
+    /// The smallest box that holds both boxes.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
-        // Comparisons rather than f32::min: the sign of a zero that f32::min returns for (0, -0)
-        // differs between targets. Adding 0.0 leaves one zero only.
+        // Comparisons, because the sign of the zero that `f32::min` returns for (0, -0) differs between targets. Adding
+        // 0.0 turns -0.0 into 0.0.
         let less = |a: f32, b: f32| if b < a { b } else { a } + 0.0;
         let more = |a: f32, b: f32| if b > a { b } else { a } + 0.0;
         Self {
@@ -62,15 +62,15 @@ impl Aabb {
         self.lo.cmpeq(self.hi)
     }
 
-    /// Tells whether the box has no extent on an axis on which the direction of a ray is 0. All triangles in such
-    /// a box lie in one plane, and the ray runs along that plane: it hits no triangle, wherever it begins.
+    /// Tells whether the box has no extent on an axis on which the direction of a ray is 0. All triangles in such a box lie
+    /// in one plane, and the ray runs along that plane: it hits none of them, wherever it begins.
     #[inline]
     pub(crate) fn is_along(&self, ray: &Ray) -> bool {
         (ray.direction().cmpeq(Vec3::ZERO) & self.flat_axes()).any()
     }
 
-    /// The lengths of the sides in `f64`, where they neither overflow nor lose a box of non-zero
-    /// length; zeros for the empty box.
+    /// The lengths of the sides, in `f64`, so that they neither overflow nor round a non-zero length to 0. Zeros for the empty
+    /// box.
     pub fn extent(&self) -> [f64; 3] {
         if self.is_empty() {
             return [0.0; 3];
@@ -82,7 +82,7 @@ impl Aabb {
         ]
     }
 
-    /// The middle, rounded to `f32`; never overflows.
+    /// The centroid: the midpoint of each side, rounded to `f32`. It never overflows.
     pub fn centre(&self) -> Vec3 {
         let middle = |lo: f32, hi: f32| ((f64::from(lo) + f64::from(hi)) * 0.5) as f32;
         Vec3::new(
@@ -100,7 +100,7 @@ impl Aabb {
 
     /// The square of the gap between two boxes; 0 where they touch or overlap.
     pub fn gap_squared(&self, other: &Self) -> f64 {
-        // Apart, the higher of the lower bounds lies above the lower of the upper ones.
+        // On an axis where the boxes are apart, the higher of the lower bounds lies above the lower of the upper ones.
         let (from, to) = (self.hi.min(other.hi), self.lo.max(other.lo));
         let gap = |from: f32, to: f32| {
             let gap = f64::from(to) - f64::from(from);

@@ -1,13 +1,13 @@
-//! Boxes along the axes, while an index is built.
+//! Axis-aligned boxes in SIMD registers, for builds.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::{Aabb, Triangle};
 
-/// A box, in registers of four; the last component is not used.
+/// Axis-aligned box in registers of four numbers; the fourth component is not used.
 ///
-/// No coordinate is -0.0, so the least and the largest are the same on every target.
+/// No coordinate is -0.0, so minimum and maximum are the same on every target.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Box4 {
@@ -30,7 +30,7 @@ impl Box4 {
         a.union(b).union(c)
     }
 
-    /// A box that is one point.
+    /// The box that is one point.
     pub fn at(point: Vec4) -> Self {
         Self { lo: point, hi: point }
     }
@@ -39,17 +39,17 @@ impl Box4 {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// In three components.
+    /// Converts to an [`Aabb`].
     pub fn aabb(self) -> Aabb {
         Aabb::new(self.lo.truncate(), self.hi.truncate())
     }
 
-    /// The largest coordinate, whatever its sign.
+    /// The largest absolute value of a coordinate.
     pub fn largest_coordinate(&self) -> f32 {
         self.lo.abs().max(self.hi.abs()).truncate().max_element()
     }
 
-    /// Half the surface.
+    /// Half the surface area.
     pub fn half_area(&self) -> f32 {
         let [x, y, z, _] = (self.hi - self.lo).to_array();
         x * y + y * z + z * x

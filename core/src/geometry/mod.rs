@@ -1,12 +1,14 @@
-//! Values without policy: rays, boxes, triangles, and the exact test between a ray and a triangle.
+//! Geometry: rays, boxes, triangles, and the exact test between a ray and a triangle.
 //!
 //! ```text
 //! Ray (checked once) --+-- kernel::meet ---- f32 filter -> f64 filter -> Planar, Lattice, LongSum
 //!                      +-- RaySpan (clip, plane) --- conservative slabs for the indices
 //! ```
 //!
-//! `kernel` decides hits exactly; `span` never keeps a ray out of a box that holds a hit. Together
-//! they make every index equal to the linear scan, bit for bit.
+//! - `kernel` decides hits exactly.
+//! - `span` is conservative: it never clips a ray away from a box that holds a hit.
+//!
+//! Together they make every index agree with the linear scan, bit for bit.
 
 mod aabb;
 mod box4;

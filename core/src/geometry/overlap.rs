@@ -1,9 +1,9 @@
-//! Whether a triangle may reach into a box.
+//! Conservative overlap test between a triangle and a box, by separating axes.
 //!
-//! Separating axes: a triangle and a box are apart if they are along a coordinate axis, along the
-//! triangle's normal, or along the cross product of one edge of each. Here "apart" is claimed only
-//! where the gap exceeds a bound on the rounding, so that no triangle is left out of a cell it
-//! touches; a triangle that misses a cell by a hair may be kept.
+//! A triangle and a box are apart if their projections are apart on a coordinate axis, on the triangle's normal, or on the
+//! cross product of a coordinate axis and an edge. Here "apart" is claimed only if the gap exceeds a bound on the
+//! rounding. So no triangle is left out of a cell that it touches, and a triangle that misses a cell by a hair may be
+//! kept.
 //!
 //! # The bound
 //! Coordinates relative to the box's centre are at most `M`, edges at most `E`, both in `f64` with one
@@ -19,13 +19,11 @@ use super::Triangle;
 
 type Vector64 = [f64; 3];
 
-/// Tells whether a triangle may share a point with the closed box `lo..=hi`.
-///
-/// Never `false` for one that does.
+/// Tells whether a triangle may share a point with the closed box `lo..=hi`. Never `false` if it does.
 pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
     let corners = [triangle.a, triangle.b, triangle.c].map(|p| p.to_array().map(f64::from));
     let [a, b, c] = corners;
-    // Along the coordinate axes: exact comparisons of given numbers.
+    // 1. Project on the coordinate axes: exact comparisons of given numbers.
     for axis in 0..3 {
         let (a, b, c) = (a[axis], b[axis], c[axis]);
         if (a < lo[axis] && b < lo[axis] && c < lo[axis])
@@ -35,8 +33,8 @@ pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
         }
     }
 
-    // Relative to the centre. The radius is measured to whichever side is farther from the rounded
-    // centre, so that the box centred there holds the given one.
+    // 2. Move the box's centre to the origin. The radius is measured to the side that is farther from the rounded centre,
+    // so that the box around that centre holds the given one.
     let mut centre = [0.0; 3];
     let mut radius = [0.0; 3];
     for axis in 0..3 {
@@ -50,7 +48,7 @@ pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
     let reach = [a, b, c, radius].map(largest).into_iter().fold(0.0, larger);
     let edge = edges.map(largest).into_iter().fold(0.0, larger);
 
-    // Along coordinate axis x edge.
+    // 3. Project on the cross products of a coordinate axis and an edge.
     let margin = edge * reach * 1.421_085_471_520_200_4e-14; // 2^-46
     for e in edges {
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
@@ -63,7 +61,7 @@ pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
         }
     }
 
-    // Along the normal.
+    // 4. Project on the normal.
     let [e, f, _] = edges;
     let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
     let dot = |p: Vector64, q: Vector64| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];

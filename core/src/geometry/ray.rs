@@ -1,14 +1,13 @@
-//! A ray that has been checked once, so that no query has to check it again.
+//! Rays, which are checked once when they are made, so that no query checks them again.
 
 use core::fmt;
 
 use glam::Vec3;
 
-/// A half-line `origin + t * direction` with `t_min <= t <= t_max`.
+/// Ray: the points `origin + t * direction` with `t_min <= t <= t_max`.
 ///
-/// The direction need not have unit length; `t` is counted in lengths of it. A value of this type
-/// is valid by construction: finite origin, finite and non-zero direction, no NaN, a non-empty
-/// interval, and no negative zero anywhere.
+/// The direction need not have unit length; `t` is counted in lengths of it. A ray is valid by construction: finite
+/// origin, finite and non-zero direction, no NaN, a non-empty interval, and no negative zero.
 ///
 /// Layout: 32 bytes, aligned to 4: origin, direction, `t_min`, `t_max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +23,7 @@ impl Ray {
     /// Makes a ray over `0 <= t <= +inf`.
     ///
     /// # Errors
-    /// As [`Ray::with_interval`].
+    /// The errors of [`Ray::with_interval`] about the origin and the direction.
     ///
     /// # Examples
     /// ```
@@ -39,7 +38,7 @@ impl Ray {
     /// Makes a ray over `t_min <= t <= t_max`; either bound may be infinite.
     ///
     /// # Errors
-    /// The first that applies, in the order of [`RayError`].
+    /// The first of [`RayError`] that applies, in the order of its variants.
     pub fn with_interval(
         origin: Vec3,
         direction: Vec3,
@@ -70,12 +69,12 @@ impl Ray {
         })
     }
 
-    /// Where `t` is 0.
+    /// The point at which `t` is 0.
     pub fn origin(&self) -> Vec3 {
         self.origin
     }
 
-    /// What `t` is counted in; any finite length above 0.
+    /// The direction, of any finite length above 0; `t` is counted in lengths of it.
     pub fn direction(&self) -> Vec3 {
         self.direction
     }
@@ -96,7 +95,7 @@ impl Ray {
     }
 }
 
-/// Why four numbers are not a ray.
+/// Reason why numbers are not a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RayError {

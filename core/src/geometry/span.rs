@@ -1,43 +1,45 @@
-//! Conservative slabs: where along a ray a box or a plane lies, never too narrow.
+//! Conservative slab test: the part of a ray in a box or before a plane, never too narrow.
 //!
 //! # The bound
-//! With `p` a plane's coordinate, `o`, `d` the ray's on that axis, `r = 2^-53`: the computed
-//! `(p - o) * (1 / d)` goes through three roundings, so it is the exact parameter times a factor
-//! between `(1 - r)^3` and `(1 + r)^3`, however far away the origin is; nothing over- or underflows,
-//! since all inputs are `f32` or dyadic fractions of them. Moving the result by 2^-50 = `8 r` of
-//! itself to either side (a multiplication by a power of two and one more rounding) therefore
-//! covers the exact value. Ize 2013 (*Robust BVH Ray Traversal*) gives the like for `f32`.
+//! Let `p` be a plane's coordinate, `o` and `d` the ray's origin and direction on that axis, and `r = 2^-53`.
+//! 1. The computed `(p - o) * (1 / d)` goes through three roundings. So it is the exact parameter times a factor between
+//!    `(1 - r)^3` and `(1 + r)^3`, however far away the origin is.
+//! 2. Nothing over- or underflows, since all inputs are `f32` or dyadic fractions of them.
+//! 3. The result is moved by 2^-50 = `8 r` of itself to either side: a multiplication by a power of two and one more
+//!    rounding. That covers the exact value.
+//!
+//! Ize 2013 (*Robust BVH Ray Traversal*) gives the like for `f32`.
 //!
 //! A reported `t` is the exact parameter rounded to `f32`, so the exact one lies between the two
 //! `f32` neighbours of `t`; the interval is widened by one `f32` on both sides.
 //!
-//! Where `d` is 0 the ray runs along the plane: it is on the low side, the high side, or in it.
+//! If `d` is 0, the ray runs along the plane: it is on the low side, on the high side, or in the plane.
 
 use glam::{BVec3, Vec3};
 
 use super::{Aabb, Ray};
 
-/// A part of a ray, `from <= t <= to`; empty if `from > to`.
+/// Part of a ray, `from <= t <= to`; empty if `from > to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Not after the first point of the part.
+    /// A lower bound on the parameter of the first point.
     pub from: f64,
-    /// Not before the last point of the part.
+    /// An upper bound on the parameter of the last point.
     pub to: f64,
 }
 
-/// Between which parameters a ray crosses a plane across one axis.
+/// Bounds on the parameter at which a ray crosses a plane across an axis.
 ///
 /// The ray is on the side it comes from for all `t < earliest`, on the other for all `t > latest`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisCrossing {
-    /// Not after the crossing.
+    /// A lower bound on the parameter of the crossing.
     pub earliest: f64,
-    /// Not before the crossing.
+    /// An upper bound on the parameter of the crossing.
     pub latest: f64,
 }
 
-/// A ray prepared for meeting many boxes.
+/// Ray prepared for slab tests with many boxes.
 #[derive(Clone, Copy, Debug)]
 pub struct RaySpan {
     origin: [f64; 3],
@@ -49,7 +51,7 @@ pub struct RaySpan {
     still: BVec3,
 }
 
-/// Relative widening; see the module's documentation.
+/// Relative widening of a parameter; see "The bound" in the module's documentation.
 const MARGIN: f64 = 8.881_784_197_001_252e-16; // 2^-50
 
 impl RaySpan {
@@ -60,7 +62,7 @@ impl RaySpan {
         Self {
             origin: ray.origin().to_array().map(f64::from),
             direction: d.map(f64::from),
-            // 1 / 0 is never used: `crossing` looks at it first.
+            // 1 / 0 is never used: `crossing` tests for infinity first.
             inverse: d.map(|d| 1.0 / f64::from(d)),
             span: Span {
                 from: f64::from(ray.t_min().next_down()),
@@ -71,17 +73,17 @@ impl RaySpan {
         }
     }
 
-    /// The whole of the ray.
+    /// The whole ray.
     pub fn whole(&self) -> Span {
         self.span
     }
 
-    /// Bit `axis` is set where the ray runs towards smaller coordinates.
+    /// The signs of the direction: bit `axis` is set if the ray runs towards smaller coordinates on that axis.
     pub fn sign_mask(&self) -> usize {
         self.sign_mask
     }
 
-    /// The origin and the direction on one axis.
+    /// The coordinate of the origin, and the component of the direction, on one axis.
     pub fn along(&self, axis: usize) -> (f64, f64) {
         match axis {
             0 => (self.origin[0], self.direction[0]),
@@ -90,7 +92,7 @@ impl RaySpan {
         }
     }
 
-    /// Where the ray crosses the plane at coordinate `plane` of axis 0, 1 or 2.
+    /// Bounds the parameter at which the ray crosses the plane at coordinate `plane` of axis 0, 1 or 2.
     #[inline]
     pub fn crossing(&self, axis: usize, plane: f64) -> AxisCrossing {
         let (origin, inverse) = match axis {
@@ -99,7 +101,7 @@ impl RaySpan {
             _ => (self.origin[2], self.inverse[2]),
         };
         if inverse.is_infinite() {
-            // Along the plane: before it for ever, behind it for ever, or in it all the time.
+            // Along the plane: on its low side for all t, on its high side for all t, or in it for all t.
             return if origin < plane {
                 AxisCrossing { earliest: f64::INFINITY, latest: f64::INFINITY }
             } else if origin > plane {
@@ -113,7 +115,7 @@ impl RaySpan {
         AxisCrossing { earliest: t - margin, latest: t + margin }
     }
 
-    /// The part of `span` that may lie between two planes of one axis, `lo <= hi`.
+    /// Clips `span` to what may lie between two planes of one axis, `lo <= hi`.
     #[inline]
     pub fn between(&self, axis: usize, lo: f64, hi: f64, span: Span) -> Span {
         let (near, far) = if self.sign_mask >> axis & 1 == 0 { (lo, hi) } else { (hi, lo) };
@@ -125,8 +127,10 @@ impl RaySpan {
         }
     }
 
-    /// The part of `span` that may lie in a closed box; empty if nothing in the box can be hit, since the box has no
-    /// extent on an axis on which the direction is 0: all its triangles lie in a plane along which the ray runs.
+    /// Clips `span` to what may lie in a closed box.
+    ///
+    /// The result is also empty if the box has no extent on an axis on which the direction is 0: all triangles in such a box
+    /// lie in a plane along which the ray runs, so none of them can be hit.
     #[inline]
     pub fn clip(&self, bounds: &Aabb, span: Span) -> Span {
         if self.still.any() && (self.still & bounds.flat_axes()).any() {
@@ -147,7 +151,7 @@ impl Span {
     }
 }
 
-/// The largest exact parameter that is reported as `t <= t_max`; finite, as a reported `t` is.
+/// The largest exact parameter that is rounded to a `t <= t_max`; finite, as a reported `t` is.
 pub(crate) fn last_parameter(t_max: f32) -> f64 {
     const BEYOND_MAX: f64 = 3.402_823_669_209_385e38; // 2^128
     let next = f64::from(t_max.next_up());

@@ -1,13 +1,13 @@
-//! Three corners.
+//! Triangles.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::Aabb;
 
-/// A closed triangle: its edges and corners belong to it.
+/// Closed triangle: its edges and corners belong to it.
 ///
-/// Corners may coincide or lie on a line; such a triangle is never hit. Winding does not matter.
+/// Corners may coincide or lie on a line; such a triangle is never hit. Winding does not matter: both sides are hit.
 ///
 /// Layout: 36 bytes, aligned to 4: `a`, `b`, `c`, each x, y, z.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -42,17 +42,17 @@ impl Triangle {
             || d.z == 0.0 && a.z == b.z && a.z == c.z
     }
 
-    /// The smallest box that holds the triangle. Exact: minima and maxima of given coordinates.
+    /// The smallest box that holds the triangle; exact.
     pub fn bounds(&self) -> Aabb {
         Aabb::EMPTY.with_point(self.a).with_point(self.b).with_point(self.c)
     }
 
-    /// The vector `(b - a) x (c - a)`, twice the area long; zero for a triangle without area.
+    /// The normal `(b - a) x (c - a)`, not of unit length: its length is twice the area, and 0 for a triangle without area.
     pub fn normal(&self) -> Vec3 {
         (self.b - self.a).cross(self.c - self.a)
     }
 
-    /// The point with barycentric coordinates `u` (of `b`) and `v` (of `c`).
+    /// The point with the barycentric weights `u` (of `b`) and `v` (of `c`).
     pub fn at(&self, u: f32, v: f32) -> Vec3 {
         self.a + (self.b - self.a) * u + (self.c - self.a) * v
     }

@@ -1,10 +1,10 @@
-//! The uniform grid: cells of one size, visited one after the other along the ray.
+//! The uniform grid: cells of one size, visited in order along the ray (3D-DDA).
 //!
 //! ```text
 //! words:  cells in x | in y | in z | first reference of each cell, and one past the last | id id id ...
 //! ```
-//! A cell's number is `x + nx (y + ny z)`; plane `i` across an axis of `n` cells lies at `lo + i (hi - lo)
-//! / n`, computed in `f64`, alike for building and walking, the last at `hi` itself.
+//! The number of a cell is `x + nx (y + ny z)`. Plane `i` across an axis of `n` cells lies at `lo + i (hi - lo) / n`, and
+//! the last plane at `hi` itself. Build and traversal compute the same planes, in `f64`.
 //!
 //! # Source
 //! J. Amanatides, A. Woo, *A Fast Voxel Traversal Algorithm for Ray Tracing*, 1987.
@@ -25,13 +25,13 @@ use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
 
-/// The uniform grid; `Clustered<UniformGrid>` is the hierarchy of uniform grids of Cazals, Drettakis and
-/// Puech.
+/// Uniform grid, over the whole scene or over a cluster. `Clustered<UniformGrid>` is the hierarchy of uniform grids of
+/// Cazals, Drettakis and Puech.
 pub enum UniformGrid {}
 
-/// Words before the cells.
+/// Number of words before the cells.
 const HEAD: u32 = 3;
-/// Cells of a grid: their numbers are `u32`, and one past the last is one too.
+/// Largest number of cells: cell numbers are `u32`, and so is the number past the last.
 const MOST_CELLS: usize = u32::MAX as usize - 1;
 
 const fn cell_count([x, y, z]: [u32; 3]) -> usize {
@@ -44,6 +44,7 @@ fn triangles_of<'a>(group: &Group<'a>) -> impl Iterator<Item = (u32, Triangle)> 
     ids.iter().filter_map(move |&id| Some((id, triangles.get(id)?)))
 }
 
+/// Grid under construction: a group, and the planes across the axes.
 struct Grid<'g> {
     group: &'g Group<'g>,
     axes: [GridAxis; 3],
@@ -55,7 +56,7 @@ impl<'g> Grid<'g> {
         Self { group, axes: GridAxis::all(&group.bounds, cells), cells }
     }
 
-    /// Finds the first and the last cell on each axis that the box of a triangle reaches into.
+    /// Finds the first and the last cell that the box of a triangle reaches into, on each axis.
     fn cells_of(&self, triangle: &Triangle) -> [(u32, u32); 3] {
         let bounds = triangle.bounds();
         let [x, y, z] = &self.axes;
@@ -66,8 +67,8 @@ impl<'g> Grid<'g> {
         ]
     }
 
-    /// Counts the steps of filing the triangles once: one for each cell that a triangle's box reaches into. Cost: a
-    /// look at each triangle.
+    /// Counts the steps of filing the triangles once: one for each cell that a triangle's box reaches into. Cost: a look at
+    /// each triangle.
     fn steps(&self) -> u64 {
         let cells = |triangle: &Triangle| {
             let sides = self.cells_of(triangle).map(|(first, last)| u64::from(last - first) + 1);
@@ -77,7 +78,7 @@ impl<'g> Grid<'g> {
         triangles_of(self.group).map(|(_, triangle)| cells(&triangle)).fold(0, u64::saturating_add)
     }
 
-    /// Shows every cell in which a triangle is filed.
+    /// Calls `show` with every cell in which a triangle is filed.
     fn for_each_cell(&self, triangle: &Triangle, mut show: impl FnMut(usize)) {
         let [ax, ay, az] = &self.axes;
         let [(x0, x1), (y0, y1), (z0, z1)] = self.cells_of(triangle);
@@ -108,10 +109,10 @@ impl<'g> Grid<'g> {
         }
     }
 
-    /// Appends the grid to `words`, in twice as many [`steps`](Grid::steps); `next` is room for a word for each cell.
+    /// Appends the grid to `words`, in twice as many [`steps`](Grid::steps). `next` has a word for each cell.
     fn write(&self, next: &mut [u32], words: &mut Words<'_>) -> Result<(), BuildError> {
         words.spend(self.steps().saturating_mul(2))?;
-        // 1. Count the references of each cell, and sum up.
+        // 1. Count the references of each cell, and sum them up to offsets.
         self.count(next);
         words.extend(&self.cells);
         let mut sum = 0_u32;
@@ -123,7 +124,7 @@ impl<'g> Grid<'g> {
         }
         words.push(sum);
 
-        // 2. File the triangles; ascending in each cell, since they come ascending.
+        // 2. File the triangles. They come by ascending id, so ids ascend in each cell.
         let ids = words.reserve(sum as usize);
         for (id, triangle) in triangles_of(self.group) {
             self.for_each_cell(&triangle, |cell| {
@@ -137,7 +138,7 @@ impl<'g> Grid<'g> {
     }
 }
 
-/// See [`LocalIndex::scratch_bytes`].
+/// Bounds the scratch; see [`LocalIndex::scratch_bytes`].
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     let cells = size_of_slice::<u32>(cells_at_most(triangle_count, options));
     let rays = match options.resolution {

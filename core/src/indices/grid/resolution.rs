@@ -1,10 +1,10 @@
-//! Choice of the number of cells: as the options say, or those with which some rays cost least.
+//! Number of cells: given by the options, or found as the density at which probe rays cost least.
 //!
 //! ```text
-//! a grid of usual density -> where some rays end -> for each density: file, count, walk to the end -> the cheapest
+//! a grid of usual density -> t at which probe rays end -> for each density: file, count, traverse -> the cheapest
 //! ```
 //! # Source
-//! J. Cleary, G. Wyvill 1988: as many cubic cells as a constant times the triangles; the constant is found.
+//! J. Cleary, G. Wyvill 1988: as many cubic cells as a constant times the triangles. Here, the constant is found.
 
 use core::ops::ControlFlow;
 
@@ -18,16 +18,24 @@ use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Group, Local, LocalIndex};
 
-/// Densities tried by the automatic resolution, in cells per triangle, from here on a factor of
-/// `DENSITY_STEP` apart. With a factor of 2, figure 2 cost 15% more.
+/// Lowest density tried by the automatic resolution, in cells a triangle.
 const LEAST_DENSITY: f64 = 1.0 / 512.0;
+/// Highest density tried by the automatic resolution, in cells a triangle.
 const MOST_DENSITY: f64 = 16.0;
+/// Factor between densities tried.
+///
+/// # Measured
+/// - With a factor of 2, figure 2 cost 15% more.
 const DENSITY_STEP: f64 = core::f64::consts::SQRT_2;
-/// The search ends where a grid costs so many times the cheapest before it. With 1.5, some samples of 64 rays ended
-/// it too early on the flat scenes 4(a) and 4(d), with a grid that cost 20 times the best.
+/// Factor that ends the search: a grid that costs `HOPELESS` times as much as the cheapest before it.
+///
+/// # Measured
+/// - With 1.5, some samples of 64 rays ended the search too early on the flat scenes 4(a) and 4(d), with a grid that cost
+///   20 times the best.
 const HOPELESS: f64 = 2.0;
 
-/// Nearly cubic cells, `density` for each triangle: one only on an axis where the box is flat.
+/// Computes the number of nearly cubic cells along each axis, `density` cells a triangle in all; one on an axis on which
+/// the box is flat.
 fn cells_for(bounds: &Aabb, triangle_count: usize, density: f64) -> [u32; 3] {
     let extent = bounds.extent();
     let wanted = (density * triangle_count as f64).max(1.0);
@@ -35,7 +43,7 @@ fn cells_for(bounds: &Aabb, triangle_count: usize, density: f64) -> [u32; 3] {
     if longest <= 0.0 {
         return [1; 3];
     }
-    // Axes thinner than a cell get one; the others share the rest.
+    // An axis thinner than a cell gets one cell; the other axes share the rest.
     let mut thick = extent.map(|side| side > 0.0);
     let mut side_of_cell = longest;
     for _ in 0..3 {
@@ -60,6 +68,7 @@ fn cells_for(bounds: &Aabb, triangle_count: usize, density: f64) -> [u32; 3] {
     extent.map(|side| ((side / side_of_cell) as u32).clamp(1, MOST_CELLS_ON_AXIS))
 }
 
+/// Clamps a number of cells on an axis to what is allowed.
 const fn cells_on_axis(asked_for: u32) -> u32 {
     match asked_for {
         0 => 1,
@@ -68,13 +77,13 @@ const fn cells_on_axis(asked_for: u32) -> u32 {
     }
 }
 
-/// At most so many cells for a group of so many triangles, whatever its box.
+/// Bounds the number of cells for a group of `triangle_count` triangles, whatever its box.
 pub(super) const fn cells_at_most(triangle_count: usize, options: &Options) -> usize {
     match options.resolution {
         Resolution::Cells([x, y, z]) => {
             cell_count([cells_on_axis(x), cells_on_axis(y), cells_on_axis(z)])
         }
-        // The cells on each axis are rounded down, so there are never more than wanted.
+        // The number of cells on each axis is rounded down, so there are never more than wanted.
         Resolution::CellsPerTriangle(density) => {
             (density as f64 * triangle_count as f64) as usize + 1
         }
@@ -82,12 +91,12 @@ pub(super) const fn cells_at_most(triangle_count: usize, options: &Options) -> u
     }
 }
 
-/// The cells along each axis, where the options say.
+/// The number of cells along each axis that the options ask for; `None` if it is to be found.
 pub(super) fn cells_asked_for(group: &Group<'_>, options: &Options) -> Option<[u32; 3]> {
     match options.resolution {
         Resolution::Cells(mut cells) => {
             for (n, side) in cells.iter_mut().zip(group.bounds.extent()) {
-                // Where the box is flat, planes cannot be told apart.
+                // On an axis on which the box is flat, planes cannot be told apart.
                 *n = if side > 0.0 { cells_on_axis(*n) } else { 1 };
             }
             Some(cells)
@@ -99,13 +108,13 @@ pub(super) fn cells_asked_for(group: &Group<'_>, options: &Options) -> Option<[u
     }
 }
 
-/// Steps of filing for each triangle that a grid of given resolution may take; see [`bounded`].
+/// Steps of filing that a grid of given resolution may take for each triangle; see [`bounded`].
 const STEPS_A_TRIANGLE: u64 = 4096;
-/// Steps of filing for each cell, on top.
+/// Steps of filing that a grid of given resolution may take in addition for each cell.
 const STEPS_A_CELL: u64 = 8;
 
-/// Makes a grid of the cells asked for. As long as filing would take more than 4,096 steps a triangle and 8 a cell,
-/// because the boxes of triangles reach into many cells, the cells on each axis are halved.
+/// Makes a grid of the cells asked for. The number of cells on each axis is halved as long as filing would take more than
+/// 4,096 steps a triangle plus 8 a cell, because the boxes of triangles reach into many cells.
 pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g> {
     loop {
         let grid = Grid::new(group, cells);
@@ -119,15 +128,19 @@ pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g>
     }
 }
 
-/// The cells along each axis with which some rays cost least; `room` is for the most cells there may be.
+/// Finds the number of cells along each axis with which probe rays cost least. `room` holds a word for each cell of the
+/// finest grid.
 ///
-/// Densities are tried from coarse to fine, until one is hopeless or would take the search beyond its budget. A single
-/// rise of the cost ends nothing, because the cost goes up and down where planes and triangles are in step. The last
-/// grids dominate the work, and triangles that lie in one place do not fill fine grids.
+/// - Densities are tried from coarse to fine, until one is [hopeless](HOPELESS) or would take the search beyond its
+///   budget.
+/// - A single rise of the cost does not end the search, because the cost goes up and down where planes and triangles are
+///   in step.
+/// - The last grids dominate the work, and triangles that lie in one place do not fill fine grids.
 ///
-/// A model to which all cells are alike, entered with the ratio of the surfaces, lost to counting: the grid hierarchy
-/// of figure 3 cost 61% more than the best density, because rays end in cells that hold something; with counting it
-/// is 6% better than any one density.
+/// # What lost
+/// - A model in which all cells are alike, entered with the ratio of the surfaces: the grid hierarchy of figure 3 cost 61%
+///   more than the best density, because rays end in cells that hold something. With counting it is 6% better than any one
+///   density.
 pub(super) fn cheapest_cells(
     group: &Group<'_>,
     model: &CostModel,
@@ -135,13 +148,14 @@ pub(super) fn cheapest_cells(
     rays: &mut [ProbeRay],
     words: &mut Words<'_>,
 ) -> Result<[u32; 3], BuildError> {
-    // The search counts its steps apart, and ends where its budget does.
+    // The search counts its steps separately, and ends at its budget.
     let mut budget = Words::limited(&mut [], search_steps(group.ids.len(), 0));
     let cells = search(group, model, room, rays, &mut budget);
     words.spend(budget.steps())?;
     Ok(cells)
 }
 
+/// Tries densities; see [`cheapest_cells`].
 fn search(
     group: &Group<'_>,
     model: &CostModel,
@@ -162,7 +176,8 @@ fn search(
         last = cells;
         let grid = Grid::new(group, cells);
         let Some(counts) = room.get_mut(..cell_count(cells)) else { break };
-        // Looking at the triangles tells what filing them takes; the chosen grid is counted and written, too.
+        // A look at each triangle counts the steps of filing. The grid is filed once to be counted here and, if it is
+        // chosen, twice to be written.
         let steps = grid.steps();
         if steps.saturating_mul(3) > budget.steps_left() {
             break;
@@ -172,7 +187,7 @@ fn search(
         }
         grid.count(counts);
         let cost = probe.cost(model, |ray, span, query| {
-            // The query only counts: it never ends the walk.
+            // The query only counts, and never ends the traversal.
             let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
                 walk(&grid.axes, ray, span, query, |query, cell| {
                     query.count_tests(counts.get(cell as usize).copied().unwrap_or(0));
@@ -188,7 +203,7 @@ fn search(
     best.1
 }
 
-/// Finds out where rays end, with the finest of a few grids for which there is room.
+/// Finds the t at which probe rays end, with the finest of a few grids for which there is room.
 fn try_rays<'r>(
     group: &Group<'_>,
     room: &mut [u32],
@@ -224,16 +239,16 @@ fn try_rays<'r>(
     let most_tests = budget.steps_left() / TRIES;
     let probe =
         Probe::new(triangles, &group.bounds, group.rays, rays, most_tests, |ray, span, query| {
-            // The closest hit never ends the walk.
+            // A closest-hit query never ends the traversal.
             let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
                 UniformGrid::traverse(&local, ray, span, query);
         });
-    // Not refused: filing twice takes at most a quarter, the tests of all rays but the last an eighth. Cells entered
-    // come on top; if they use the budget up, the search that follows tries no density.
+    // An error is ignored: filing twice takes at most a quarter of the budget, and the tests of all rays but the last an
+    // eighth. The cells entered come on top; if they use up the budget, the search that follows tries no density.
     let _ = budget.spend(spent.saturating_add(probe.steps()));
     probe
 }
 
-/// Divisor of the budget: filing the grid once, and again testing triangles, may take an eighth each to find out where
-/// rays end.
+/// Divisor of the budget for finding the t at which rays end: filing the grid once takes at most an eighth of the
+/// budget, and testing triangles another eighth.
 const TRIES: u64 = 8;

@@ -1,18 +1,20 @@
-//! The cells along a ray, one after the other.
+//! Traversal of the cells along a ray, front to back, with conservative crossings.
 //!
-//! Amanatides and Woo step to the neighbour whose plane is crossed first. Where two planes are crossed
-//! within the rounding of each other, the first is not known, and a ray that runs in a plane never leaves
-//! two rows of cells. So the walk goes by slices across the axis along which the ray passes most cells;
-//! for each slice it keeps, on the two other axes, the range of cells that the ray may touch there. The
-//! range is one cell, or two where the ray crosses over, and the product of both is tested against
-//! the crossings again. Each plane's parameter is computed from its index, not accumulated.
+//! Amanatides and Woo step to the neighbour whose plane is crossed first. If two planes are crossed within the rounding of
+//! each other, the first is not known. And a ray that runs in a plane never leaves two rows of cells. So this traversal
+//! goes by slices:
+//! 1. Slices lie across the main axis: the one along which the ray passes most cells.
+//! 2. For each slice, a range of cells that the ray may touch is kept on each of the two other axes. A range is one cell,
+//!    or two where the ray crosses a plane.
+//! 3. The product of both ranges is tested against the crossings again.
+//!
 
 use core::ops::ControlFlow;
 
 use crate::geometry::{Aabb, RaySpan, Span};
 use crate::query::Query;
 
-/// The planes across one axis.
+/// Planes across one axis.
 #[derive(Clone, Copy)]
 pub(super) struct GridAxis {
     number: usize,
@@ -37,9 +39,9 @@ impl GridAxis {
         if index >= self.cells { self.hi } else { self.lo + f64::from(index) * self.step }
     }
 
-    /// A cell that holds `x`, or the nearest; of two, the upper.
+    /// Finds the cell that holds `x`, or the nearest; of two, the upper.
     fn cell_of(&self, x: f64) -> u32 {
-        // The cast saturates, and takes a NaN (0 / 0) to 0.
+        // The cast saturates, and maps a NaN (0 / 0) to 0.
         let mut cell = (((x - self.lo) / self.step) as u32).min(self.cells - 1);
         while cell > 0 && self.plane(cell) > x {
             cell -= 1;
@@ -50,8 +52,8 @@ impl GridAxis {
         cell
     }
 
-    /// The cells in which the extent `lo..=hi` of a triangle is filed, both included: those it reaches
-    /// into, and one of those it lies on the face of.
+    /// Finds the first and the last cell in which the extent `lo..=hi` of a triangle is filed: the cells it reaches into,
+    /// and one of the two cells whose common face it lies on.
     pub fn cells_of(&self, lo: f32, hi: f32) -> (u32, u32) {
         let first = self.cell_of(f64::from(lo));
         let mut last = self.cell_of(f64::from(hi));
@@ -62,7 +64,7 @@ impl GridAxis {
     }
 }
 
-/// Enters the cells that the ray may touch in the span, front to back, and visits each.
+/// Enters the cells that the ray may touch within the span, front to back, and calls `visit` with each.
 #[inline]
 pub(super) fn walk<Q: Query>(
     axes: &[GridAxis; 3],
@@ -72,7 +74,7 @@ pub(super) fn walk<Q: Query>(
     mut visit: impl FnMut(&mut Q, u32) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
     let tracks = axes.map(|axis| Track::new(axis, ray, span.from));
-    // Slices across the axis on which most cells are passed.
+    // 1. Choose the main axis: the one on which most cells are passed for each unit of t.
     let passed = |track: &Track<'_>| {
         let speed = if track.axis.step > 0.0 { track.speed / track.axis.step } else { 0.0 };
         (speed, track.speed)
@@ -91,12 +93,14 @@ pub(super) fn walk<Q: Query>(
         track.cell(step).wrapping_mul(stride)
     };
     loop {
+        // 2. Clip the ray to the slice, and leave behind the cells on the other axes that it has left.
         let slice = main.within(main.step, span);
         if slice.from > span.to || slice.from > query.last() {
             return ControlFlow::Continue(());
         }
         b.leave_behind(slice.from);
         c.leave_behind(slice.from);
+        // 3. Visit the product of both ranges.
         let mut b_step = b.step;
         loop {
             let row = b.within(b_step, slice);
@@ -120,6 +124,7 @@ pub(super) fn walk<Q: Query>(
             }
             b_step += 1;
         }
+        // 4. Step to the next slice.
         if main.step + 1 >= main.axis.cells {
             return ControlFlow::Continue(());
         }
@@ -127,7 +132,7 @@ pub(super) fn walk<Q: Query>(
     }
 }
 
-/// The way of a ray along one axis: steps count cells in the direction of the ray.
+/// Ray along one axis: steps count cells in the direction of the ray.
 #[derive(Clone, Copy)]
 struct Track<'r> {
     axis: GridAxis,
@@ -138,14 +143,14 @@ struct Track<'r> {
 }
 
 impl<'r> Track<'r> {
-    /// Begins in the first cell that the ray may touch at `from`.
+    /// Starts in the first cell that the ray may touch at `from`.
     fn new(axis: GridAxis, ray: &'r RaySpan, from: f64) -> Self {
         let downwards = ray.sign_mask() >> axis.number & 1 == 1;
         let (origin, speed) = ray.along(axis.number);
         let cell = axis.cell_of(origin + speed * from);
         let step = if downwards { axis.cells - 1 - cell } else { cell };
         let mut track = Self { axis, ray, downwards, speed: speed.abs(), step };
-        // The position is rounded, and on a plane there are two cells.
+        // The position is rounded, and a position on a plane belongs to two cells.
         while track.step > 0
             && track.ray.crossing(axis.number, track.entry(track.step)).latest >= from
         {
@@ -159,7 +164,7 @@ impl<'r> Track<'r> {
         if self.downwards { (self.axis.cells - 1).wrapping_sub(step) } else { step }
     }
 
-    /// The plane through which the cell of a step is entered.
+    /// The plane through which the ray enters the cell of a step.
     fn entry(&self, step: u32) -> f64 {
         self.axis.plane(if self.downwards { self.axis.cells - step } else { step })
     }
@@ -168,7 +173,7 @@ impl<'r> Track<'r> {
         self.entry(step + 1)
     }
 
-    /// The part of `span` that may lie between the planes of a step.
+    /// Clips `span` to what may lie between the planes of a step.
     fn within(&self, step: u32, span: Span) -> Span {
         let from = self.ray.crossing(self.axis.number, self.entry(step)).earliest;
         let to = self.ray.crossing(self.axis.number, self.exit(step)).latest;
@@ -178,7 +183,7 @@ impl<'r> Track<'r> {
         }
     }
 
-    /// Steps over the cells that the ray has surely left at `from`.
+    /// Skips the cells that the ray has surely left at `from`.
     fn leave_behind(&mut self, from: f64) {
         while self.step + 1 < self.axis.cells
             && self.ray.crossing(self.axis.number, self.exit(self.step)).latest < from
@@ -187,7 +192,7 @@ impl<'r> Track<'r> {
         }
     }
 
-    /// Whether the ray may be in the next cell at `to`.
+    /// Tells whether the ray may be in the next cell at `to`.
     fn reaches_beyond(&self, step: u32, to: f64) -> bool {
         step + 1 < self.axis.cells
             && self.ray.crossing(self.axis.number, self.exit(step)).earliest <= to
