@@ -151,7 +151,7 @@ impl Span {
     }
 }
 
-/// The largest exact parameter that is rounded to a `t <= t_max`; finite, as a reported `t` is.
+/// A bound on the exact parameters that are rounded to a `t <= t_max`; finite, as a reported `t` is.
 pub(crate) fn last_parameter(t_max: f32) -> f64 {
     const BEYOND_MAX: f64 = 3.402_823_669_209_385e38; // 2^128
     let next = f64::from(t_max.next_up());

@@ -69,7 +69,7 @@ pub trait Query: sealed::Sealed {
     fn ray(&self) -> &Ray;
     /// The `t` beyond which hits no longer matter. It never grows during a traversal.
     fn last_t(&self) -> f32;
-    /// The largest exact parameter that may still be rounded to [`Query::last_t`]. A node may be skipped only if it begins
+    /// A bound on the exact parameters that may still be rounded to [`Query::last_t`]. A node may be skipped only if it begins
     /// beyond.
     #[inline]
     fn last(&self) -> f64 {

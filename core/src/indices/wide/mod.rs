@@ -6,19 +6,19 @@
 //! | [`CompactBvh`] | eight boxes in 16 bits a side | hold the triangles, with a table of vertices | 25 to 30 |
 //! | [`LeanBvh`] | up to eight boxes in 16 bits a side | name the triangles, which lie elsewhere | 7.3 to 9.4 |
 //!
-//! All three are the same tree, and share its build, its traversal and its triangle tests:
+//! All three are the same tree, and share build, traversal and triangle tests:
 //! ```text
 //! triangles --build: binned SAH, collapsed to eight--> subtrees --full | quantised: emit--> words
 //! query --dispatch: instruction set--> traversal --tree: contract--> full | quantised: reader --simd--> query
 //! ```
 //!
 //! # Unsafe
-//! All of the crate's `unsafe` is calling functions that are compiled for instructions which the processor may not
-//! have. [`SimdLevel`](crate::SimdLevel) says that it has them only after asking it.
+//! All of the crate's `unsafe` is calls of functions that are compiled for instructions which the processor may not have.
+//! [`SimdLevel`](crate::SimdLevel) allows such instructions only after asking the processor.
 //!
-//! | room | what is called | gain, instructions of a query |
+//! | module | calls | gain, instructions of a query |
 //! |---|---|---|
-//! | `dispatch` | the traversal, compiled for AVX2 or AVX-512 | see below: without it the other two cannot be inlined |
+//! | `dispatch` | the traversal, compiled for AVX2 or AVX-512 | the calls of the other two modules are inlined into it |
 //! | `simd/avx2` | eight boxes, eight triangles, one triangle in `f64` | about a third of the time |
 //! | `quantised/avx2` | unpacking of boxes and of triangles | |
 
@@ -36,7 +36,7 @@ pub use quantised::{CompactBvh, LeanBvh};
 
 use crate::input::Options;
 
-/// Bounds the scratch of all three, which have the same build; see
+/// Bounds the scratch of all three indices, which have the same build; see
 /// [`Structure::scratch_bytes`](crate::structure::Structure::scratch_bytes).
 pub(crate) const fn scratch_bytes(triangle_count: usize, _: &Options) -> usize {
     build::scratch_bytes(triangle_count)

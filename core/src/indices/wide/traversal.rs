@@ -1,4 +1,11 @@
-//! The walk of one ray, and of several in turn, through any tree of eight boxes a node.
+//! Traversal: one ray, or several rays in turn, through any [`Tree`] of eight boxes a node. Knows no instruction set.
+//!
+//! 1. [`PreparedRay`] chooses the arithmetic of a ray: lanes of `f32`, or single boxes in `f64`.
+//! 2. A [`Walk`] enters a node: all eight boxes are tested at once, which gives a key for each child that the ray meets.
+//! 3. The child with the least key is entered next, the nearest first. The keys of the others wait on a stack, as one
+//!    entry a node.
+//! 4. At a leaf, all triangles are tested at once, and the query judges the candidates.
+//! 5. A batch has four walks in turn, each a step at a time, so that memory and arithmetic latencies overlap.
 
 use core::cell::Cell;
 use core::ops::ControlFlow;
@@ -13,6 +20,7 @@ use crate::geometry::{Aabb, Ray, RaySpan};
 use crate::query::Query;
 
 #[inline(always)]
+/// Traverses a tree for one query.
 pub(crate) fn traverse<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q) {
     let may_hit = || !is_along_flat(tree, query.ray());
     let ray = match PreparedRay::of(query.ray(), tree.largest(), may_hit) {
@@ -24,12 +32,12 @@ pub(crate) fn traverse<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q
     while walk.step(tree, query).is_continue() {}
 }
 
-/// Each level leaves one entry.
+/// Length of the stack: each level leaves one entry.
 const STACK: usize = MAX_DEPTH as usize;
 
-/// Rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
-/// processor works for the others. One ray where there are no vector registers: such a processor does not wait, and
-/// each walk takes 2 KB of stack.
+/// Number of rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
+/// processor works for the others. One ray on targets without vector registers: such a processor does not wait, and each
+/// walk takes 2 KB of stack.
 const IN_TURN: usize =
     if cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")) {
         4
@@ -38,6 +46,7 @@ const IN_TURN: usize =
     };
 
 #[inline(always)]
+/// Traverses a tree for each of `count` queries, `IN_TURN` at a time.
 pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
     tree: T,
     count: usize,
@@ -47,7 +56,7 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
     let (root, largest) = (tree.root(), tree.largest());
     let mut indices = 0..count;
     let walking = Cell::new(IN_TURN);
-    // Takes the next ray that lanes can take; the others are answered at once.
+    // Takes the next ray that lanes can trace. Rays that lanes cannot trace are answered at once.
     let mut next = |turn: &mut Turn<L, Q>, finish: &mut dyn FnMut(usize, &Q)| {
         for index in indices.by_ref() {
             turn.index = index;
@@ -67,7 +76,7 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
         turn.query = None;
         walking.set(walking.get() - 1);
     };
-    // As constants: made by a function each is copied, room for its stack and all.
+    // As constants: turns made by a function would be copied, with the memory of their stacks.
     let mut turns: [Turn<L, Q>; IN_TURN] =
         [const { Turn { walk: Walk::IDLE, query: None, index: 0 } }; IN_TURN];
     for turn in &mut turns {
@@ -86,25 +95,25 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
     }
 }
 
-/// One of the rays that take turns, if there is one.
+/// Turn of a ray, if there is one.
 struct Turn<L: Lanes, Q> {
     walk: Walk<L>,
     query: Option<Q>,
     index: usize,
 }
 
-/// The walk of one ray: the nearest child first. What is left of a node waits as one entry: its link, and
-/// the keys of the children that were not entered.
+/// Walk of one ray, the nearest child first. What is left of a node waits as one entry of the stack: its link, and the
+/// keys of the children that were not entered.
 struct Walk<L: Lanes> {
     ray: LaneRay,
     next: Step,
-    /// Nodes that wait, up to `height`; entries above are left over.
+    /// The nodes that wait, up to `height`. Entries above are stale.
     stack: ArrayVec<(L::Keys, u32), STACK>,
     height: usize,
 }
 
 impl<L: Lanes> Walk<L> {
-    /// No walk yet.
+    /// The walk of no ray.
     const IDLE: Self =
         Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: ArrayVec::new_const(), height: 0 };
 
@@ -113,7 +122,7 @@ impl<L: Lanes> Walk<L> {
         Self { ray, next: root, stack: ArrayVec::new(), height: 0 }
     }
 
-    /// As `new`, in place: most of a walk is room for its stack.
+    /// Starts a walk in place, because most of a walk is memory of its stack.
     #[inline(always)]
     fn begin(&mut self, ray: LaneRay, root: Step) {
         self.ray = ray;
@@ -121,18 +130,19 @@ impl<L: Lanes> Walk<L> {
         self.height = 0;
     }
 
-    /// Takes the topmost node that waits.
+    /// Pops the topmost node that waits.
     #[inline(always)]
     fn pop(&mut self) -> Option<(L::Keys, u32)> {
         self.height = self.height.checked_sub(1)?;
         self.stack.get(self.height).copied()
     }
 
-    /// Enters one node; `Break` when the walk is over.
+    /// Enters one node or leaf. Returns `Break` when the walk is over.
     #[inline(always)]
     fn step<T: InLanes<L>, Q: Query>(&mut self, tree: T, query: &mut Q) -> ControlFlow<()> {
         const DONE: ControlFlow<()> = ControlFlow::Break(());
         query.enter();
+        // 1. Enter a leaf and take the topmost node that waits, or enter a node.
         let (mut keys, mut above);
         if self.next.link & LEAF != 0 {
             tree.test_leaf(self.next, &self.ray, last_t(query), query)?;
@@ -143,7 +153,7 @@ impl<L: Lanes> Walk<L> {
             let Some(met) = tree.meet_node(link, &self.ray, last_t(query)) else { return DONE };
             (keys, above) = (met, link);
         }
-        // The nearest child that is not entered yet, of the lowest node that has one.
+        // 2. Find the nearest child that was not entered yet, of the lowest node that has one.
         let lane = loop {
             let (nearest, lane) = L::nearest(keys);
             if nearest <= key(last_t(query)) {
@@ -152,11 +162,12 @@ impl<L: Lanes> Walk<L> {
             let Some(top) = self.pop() else { return DONE };
             (keys, above) = top;
         };
+        // 3. Make it the next, and keep the rest of its node.
         let Some(child) = tree.child(above, lane) else { return DONE };
         self.next = child;
         let rest = L::without(keys, lane);
-        // The entry is always written, and kept if a child is left: a branch on that would often be mispredicted. The
-        // branch on whether the stack grows is taken rarely.
+        // The entry is always written, and kept if a child is left, because a branch on that would often be mispredicted.
+        // The branch on whether the stack grows is rarely taken.
         let entry = (rest, above);
         if let Some(slot) = self.stack.get_mut(self.height) {
             *slot = entry;
@@ -169,9 +180,8 @@ impl<L: Lanes> Walk<L> {
     }
 }
 
-/// Tells whether each box of the root has no extent on an axis on which the direction is 0; the ray hits nothing in
-/// such boxes: see [`Aabb::is_along`]. The walk in lanes does not test this at other nodes, because every ray would
-/// pay.
+/// Tells whether each box of the root has no extent on an axis on which the direction is 0. The ray hits nothing in such
+/// boxes; see [`Aabb::is_along`]. Lanes do not test this at other nodes, because every ray would pay for it.
 #[cold]
 #[inline(never)]
 fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
@@ -182,10 +192,11 @@ fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
     link & LEAF == 0 && tree.for_each_child(link, flat).is_continue()
 }
 
-/// Walks a ray that `lanes` cannot bound: box by box, triangle by triangle, the child in the last lane first.
+/// Traverses a tree in `f64`, for a ray that the bounds of lanes do not hold for: box by box, triangle by triangle, the
+/// child in the last lane first.
 ///
-/// A waiting node is its link and a bit for each child that the ray meets and that was not entered. The span in a
-/// child's box is computed again when its turn comes: kept with each child, spans would make the stack 17 KB.
+/// A waiting node is its link, and a bit for each child that the ray meets and that was not entered. The span in a child's
+/// box is computed again when the child is entered: kept with each child, spans would make the stack 17 KB.
 #[cold]
 #[inline(never)]
 fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
@@ -224,6 +235,7 @@ fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
     }
 }
 
+/// The child in one lane of a node, and its box.
 fn child_of<T: Tree>(tree: T, link: u32, lane: usize) -> Option<(Step, Aabb)> {
     let mut found = None;
     let search = tree.for_each_child(link, |at, child, bounds| {

@@ -1,6 +1,6 @@
-//! The contract between a traversal and the form in which nodes and leaves are written down.
+//! Contract between the traversal and the forms in which nodes and leaves are written.
 
-// Forced, because the traversal must be compiled for the instructions of its lanes, not called from there.
+// Inlining is forced: the traversal must be compiled for the instructions of its lanes, not call functions that are.
 #![allow(clippy::inline_always)]
 
 use core::ops::ControlFlow;
@@ -11,34 +11,34 @@ use crate::geometry::kernel::Verdict;
 use crate::geometry::{Aabb, Triangle};
 use crate::query::{Query, TriangleId};
 
-/// A tree of nodes of up to eight boxes, and of leaves.
+/// Tree of nodes of up to eight boxes, and of leaves of up to eight triangles.
 pub(crate) trait Tree: Copy {
-    /// Where a walk begins.
+    /// The node or leaf where a traversal begins.
     fn root(self) -> Step;
 
-    /// The largest coordinate of any triangle.
+    /// The largest absolute value of any triangle's coordinates.
     fn largest(self) -> f32;
 
-    /// Shows the children of a node, each with its lane, until `show` breaks.
+    /// Calls `show` with each child of a node and its lane, until it breaks.
     fn for_each_child(
         self,
         link: u32,
         show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
     ) -> ControlFlow<()>;
 
-    /// Shows the triangles of a leaf, and counts them.
+    /// Shows the query the triangles of a leaf, without a filter, and counts them.
     fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()>;
 }
 
-/// A tree that can be read in lanes.
+/// Tree that can be read by the lanes `L`.
 pub(crate) trait InLanes<L: Lanes>: Tree {
-    /// As [`Lanes::meet_boxes`]; `None` for a link that leads nowhere.
+    /// Tests the boxes of a node; see [`Lanes::meet_boxes`]. `None` for a link that leads nowhere.
     fn meet_node(self, link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys>;
 
     /// The child in one lane of a node.
     fn child(self, link: u32, lane: usize) -> Option<Step>;
 
-    /// Decides about the triangles of a leaf that the ray may hit up to `last`, and counts all.
+    /// Tests the triangles of a leaf: counts all, and lets the query judge those that the ray may hit up to `last`.
     fn test_leaf<Q: Query>(
         self,
         step: Step,
@@ -47,34 +47,36 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
         query: &mut Q,
     ) -> ControlFlow<()>;
 
-    /// Asks the memory for what a link leads to.
+    /// Prefetches what a link leads to.
     #[inline(always)]
     fn prefetch(self, _: u32) {}
 }
 
-/// A node or a leaf to be entered.
+/// Node or leaf to be entered.
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
-    /// Where it is; a leaf where [`LEAF`] is set.
+    /// The link; to a leaf if [`LEAF`](super::rows::LEAF) is set.
     pub link: u32,
-    /// What a node has to say of a leaf, if it does.
+    /// Leaf metadata kept in the parent (longest edge and first lane; see `rows`), or 0 if the format has none.
     pub edge: u32,
 }
 
 impl Step {
-    /// Nothing to be entered.
+    /// The step to nothing.
     pub const NOWHERE: Self = Self { link: EMPTY, edge: 0 };
 }
 
-/// A query's last `t` as lanes compare with it. Read anew for each node: kept in the walk, compilers load it in one
-/// with its neighbours, and the processor waits until they are all written.
+/// The query's last `t`, as lanes compare with it.
+///
+/// It is read anew at each node. Kept in the traversal's state, compilers load it together with its neighbours, and the
+/// processor waits until all of them are written.
 #[inline(always)]
 pub(crate) fn last_t<Q: Query>(query: &Q) -> f32 {
     let t = query.last_t();
     if t < f32::MAX { t } else { f32::MAX }
 }
 
-/// Decides about the triangles of which a bit is set; [`Lanes::judge`] is asked first.
+/// Lets the query judge the triangles whose bits are set, after the filter [`Lanes::judge`].
 #[inline(always)]
 pub(crate) fn decide_each<L: Lanes, Q: Query>(
     mut candidates: u32,

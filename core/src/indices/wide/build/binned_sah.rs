@@ -1,8 +1,16 @@
-//! Where some triangles are divided in two: by the plane of the least estimated cost.
+//! Split of primitives by the binned surface-area heuristic (SAH).
 //!
 //! ```text
 //! primitives, or a sample -> bins along each axis -> planes between them -> the cheapest -> primitives below and above
 //! ```
+//! 1. [`Bins`]: the box around the centroids is divided into bins, along all three axes.
+//! 2. [`Binned::new`]: each primitive, or each third or fifth, adds its box and its count to its bin on each axis.
+//! 3. [`Binned::best_plane`]: a sweep upwards sums up (half area) * (tests) of what lies below each plane, a sweep
+//!    downwards adds what lies above, on all axes at once. The least sum wins.
+//! 4. [`sort_by_plane`]: the primitives are partitioned by the plane, the cheaper side to the front.
+//!
+//! # Source
+//! I. Wald, *On Fast Construction of SAH-Based Bounding Volume Hierarchies*, 2007.
 
 use core::cell::Cell;
 
@@ -12,24 +20,39 @@ use super::primitive::{Primitive, PrimitiveBounds};
 use crate::geometry::Box4;
 use crate::indices::wide::rows::LANES;
 
-/// Bins an axis, and for fewer triangles than `FEW`: there, sweeping over the bins is most of the work. 8
-/// for all cost about 2% more steps, 32 were no better. 4 or 6 for at most 16 triangles were no faster.
+/// Number of bins along an axis.
+///
+/// # Measured
+/// - 8 for all cost about 2% more steps.
+/// - 32 were no better.
 const BINS: usize = 16;
+/// Number of bins along an axis for fewer than `FEW` primitives, because sweeping over the bins is most of the work
+/// there.
+///
+/// # Measured
+/// - 4 or 6 for at most 16 primitives were no faster.
 const BINS_OF_FEW: usize = 8;
+/// Number of primitives from which on there are `BINS` bins.
 const FEW: usize = 48;
 
-/// Of so many primitives and more, every third is binned, or every fifth: it takes a tenth to a sixth less time, and a ray
-/// enters 2% fewer to 1.5% more nodes. Odd, because scenes are made of pairs and dozens.
+/// Number of primitives from which on every third is binned; see also [`EVERY_FIFTH`]. Strides are odd, because scenes are
+/// made of pairs and dozens.
 ///
-/// What lost: up to every fifteenth, which was hardly faster, and in a city with a large floor cost 4% more nodes;
-/// doing that over with all primitives where the sides turn out costlier than the sample had it, which in that city took
-/// all that was gained; cells of neighbours along a Morton curve as the primitives of the upper levels, which was no faster
-/// than this, with 1 to 5% more nodes and half as much scratch again.
+/// # Measured
+/// - It takes a tenth to a sixth less time, and a ray enters 2% fewer to 1.5% more nodes.
+///
+/// # What lost
+/// - Up to every fifteenth: hardly faster, and in a city with a large floor 4% more nodes.
+/// - Repeating a split with all primitives where the sides turn out costlier than in the sample: in that city, this took
+///   all the time that was gained.
+/// - Cells of neighbours along a Morton curve as the primitives of the upper levels: no faster than this, with 1 to 5% more
+///   nodes and half as much scratch again.
 const EVERY_THIRD: usize = 256;
+/// Number of primitives from which on every fifth is binned.
 const EVERY_FIFTH: usize = 1024;
 
-/// Divides more than eight primitives in two by the least estimated cost, and returns the length of the
-/// first part and what both are; in equal parts where no plane tells them apart.
+/// Splits more than eight primitives in two at the least SAH cost, or equally where no plane separates them. Returns the
+/// length of the first part, and the bounds of both.
 pub(crate) fn split_by_sah(
     primitives: &mut [Primitive],
     part: &PrimitiveBounds,
@@ -54,18 +77,19 @@ fn split_by_bins<const N: usize>(
 
 #[cold]
 #[inline(never)]
+/// Splits primitives in two equal parts, as they lie. Returns the length of the first part, and the bounds of both.
 pub(crate) fn split_equally(primitives: &[Primitive]) -> (usize, [PrimitiveBounds; 2]) {
     let half = primitives.len() / 2;
     let (left, right) = primitives.split_at_checked(half).unwrap_or_default();
     (half, [left, right].map(PrimitiveBounds::around))
 }
 
-/// Tests of so many triangles. In the numbers that vectors have.
+/// The number of eight-lane tests that `count` triangles take. In the types that SIMD registers have.
 pub(crate) fn leaf_tests(count: i32) -> f32 {
     (((count - 1) >> LANES.ilog2()) + 1) as f32
 }
 
-/// How the centroids of a part are binned along each axis.
+/// Mapping from centroids to bins, along each axis.
 struct Bins {
     from: Vec4,
     scale: Vec4,
@@ -74,56 +98,60 @@ struct Bins {
 impl Bins {
     fn new(part: &PrimitiveBounds, count: usize) -> Self {
         let Box4 { lo, hi } = part.centroids;
-        // So that the largest middle is in the last bin, not beyond it, and one where a bin begins in that bin.
+        // Scaled down by the rounding error, so that the largest centroid falls into the last bin, and one at the begin
+        // of a bin into that bin.
         let count = count as f32;
         let scale = Vec4::splat(count - BIN_ERROR * (1.0 + 0.5 / count)) / (hi - lo);
-        // Where the centroids do not differ, or too little or too much for a number, all are in the first bin.
+        // On an axis on which the centroids do not differ, or too little or too much for an `f32`, all are in the first bin.
         let usable = scale.cmpgt(Vec4::ZERO) & scale.cmplt(Vec4::INFINITY);
         let or_zero = |numbers| Vec4::select(usable, numbers, Vec4::ZERO);
         Self { from: or_zero(lo), scale: or_zero(scale) }
     }
 
-    /// The bin along each axis; the next where it is that by rounding.
+    /// The bin of a primitive along each axis; or the next, if rounding takes the centroid there.
     #[inline(always)]
     fn of(&self, primitive: &Primitive) -> [usize; 3] {
-        // A cast, which saturates, would be many more instructions.
+        // Adding 2^17 leaves the bin in the bits of the sum. A cast would saturate, which takes many more instructions.
         let positions =
             (primitive.doubled_centroid() - self.from) * self.scale + Vec4::splat(INTEGERS);
         let [x, y, z, _] = positions.to_array();
         [x, y, z].map(|position| position.to_bits() as usize >> FRACTION_BITS)
     }
 
-    /// Where a plane lies along its axis: as far below the bin as a middle may be and still be rounded into it.
+    /// The coordinate of a plane on its axis: as far below the begin of its bin as a centroid may lie and still be rounded
+    /// into the bin.
     fn coordinate_of(&self, plane: &BinPlane) -> f32 {
         let axis = plane.axis % 3;
         self.from.to_array()[axis] + (plane.bin as f32 - BIN_ERROR) / self.scale.to_array()[axis]
     }
 }
 
-/// From here on, the last bits of a number are an integer and so many bits behind the point.
+/// Number from which on the last bits of an `f32` are an integer and `FRACTION_BITS` bits behind the point.
 const INTEGERS: f32 = 131_072.0; // 2^17
 const FRACTION_BITS: u32 = 6;
-/// By which the place of a middle is rounded, in bins.
+/// Error in bins of a rounded centroid.
 const BIN_ERROR: f32 = 1.0 / 128.0;
 
-/// What lies in each of `N` bins of each axis.
+/// Contents of the `N` bins of each axis: structure of arrays.
 ///
-/// The corners of the boxes lie apart, so that one offset in bytes serves them and the counts.
-/// Boxes of eight numbers, the upper corner negated so that one minimum is enough, took twice as long: the
-/// compiler stores them through masks.
+/// The lower and the upper corners lie apart, so that one offset in bytes addresses both and the counts.
+///
+/// # What lost
+/// - Boxes of eight numbers, the upper corner negated so that one minimum is enough: twice as long, because the compiler
+///   stores them through masks.
 struct Binned<const N: usize> {
     lo: [[Vec4; N]; 3],
     hi: [[Vec4; N]; 3],
-    /// Along x, y and z.
+    /// The counts along x, y and z.
     counts: [[i32; 4]; N],
 }
 
-/// A plane across an axis.
+/// Plane between two bins of an axis.
 struct BinPlane {
     axis: usize,
-    /// The first bin above it.
+    /// The first bin above the plane.
     bin: usize,
-    /// Whether what lies above costs less than what lies below.
+    /// True if what lies above costs less than what lies below.
     above_first: bool,
 }
 
@@ -138,8 +166,8 @@ impl<const N: usize> Binned<N> {
             }
             return binned;
         }
-        // Neighbours fall into the same bin, and would wait for each other: one after the other took up to a
-        // tenth longer.
+        // Neighbours fall into the same bin, and would wait for each other. So primitives of both halves alternate: one after
+        // the other took up to a tenth longer.
         let (left, right) = primitives.split_at_checked(primitives.len() / 2).unwrap_or_default();
         for (left, right) in left.iter().zip(right) {
             binned.add(left, 1, bins);
@@ -153,7 +181,7 @@ impl<const N: usize> Binned<N> {
         binned
     }
 
-    /// Adds an primitive that stands for some.
+    /// Adds a primitive that stands for `count` primitives of the sample.
     #[inline(always)]
     fn add(&mut self, primitive: &Primitive, count: i32, bins: &Bins) {
         for (axis, bin) in bins.of(primitive).into_iter().enumerate() {
@@ -164,16 +192,17 @@ impl<const N: usize> Binned<N> {
         }
     }
 
-    /// The plane of the least estimated cost; of equals, the first axis, the highest bin. `None` where no
-    /// plane tells the primitives apart, or its cost overflows.
+    /// Finds the plane of least SAH cost; of equals, the first axis, then the highest bin. `None` where no plane separates the
+    /// primitives, or all costs overflow.
     fn best_plane(&self) -> Option<BinPlane> {
-        // All axes at once. Where one side is empty, its cost is not a number, and never less.
+        // 1. Sweep upwards: the costs below each plane, on all axes at once. The cost of an empty side is NaN, and never less.
         let mut below = [Vec4::ZERO; N];
         let mut side = Sides::EMPTY;
         for (bin, cost) in below.iter_mut().enumerate().skip(1) {
             side.add(self, bin - 1);
             *cost = side.costs();
         }
+        // 2. Sweep downwards: add the costs above, and keep the least sum of each axis.
         let mut least = Vec4::INFINITY;
         let (mut bins, mut steps) = (Vec4::ZERO, Vec4::ZERO);
         let mut side = Sides::EMPTY;
@@ -186,6 +215,7 @@ impl<const N: usize> Binned<N> {
             bins = Vec4::select(less, Vec4::splat(bin as f32), bins);
             steps = Vec4::select(less, above - below, steps);
         }
+        // 3. Choose the axis.
         let (bins, steps) = (bins.to_array(), steps.to_array());
         let mut best = None;
         let mut least_of_all = f32::INFINITY;
@@ -203,7 +233,7 @@ impl<const N: usize> Binned<N> {
     }
 }
 
-/// What lies on one side of a plane across each axis.
+/// Contents of one side of a plane across each axis.
 struct Sides {
     boxes: [Box4; 3],
     counts: [i32; 4],
@@ -230,11 +260,18 @@ impl Sides {
     }
 }
 
-/// Sorts primitives to the sides of a plane, the cheaper to the front, and returns how many are there and what both are.
+/// Partitions primitives by a plane, the cheaper side to the front. Returns the length of the front, and the bounds of both
+/// sides.
 ///
-/// Without a branch that depends on an primitive, as half of those would be mispredicted: the build takes a tenth less
-/// time. Finding the sides of 32 primitives from either end and then changing only those that stand wrong took as long,
-/// and so did a stable order by way of spare memory.
+/// Each primitive is swapped with the first one behind the front, and the front grows if the primitive belongs there. No
+/// branch depends on a primitive, because half of those would be mispredicted.
+///
+/// # Measured
+/// - Without that branch the build takes a tenth less time.
+///
+/// # What lost
+/// - Finding the sides of 32 primitives from either end, and then exchanging only those on the wrong side: as long.
+/// - A stable order by way of spare memory: as long.
 fn sort_by_plane(
     primitives: &mut [Primitive],
     bins: &Bins,
@@ -245,7 +282,7 @@ fn sort_by_plane(
     plane_at[axis] = bins.coordinate_of(plane);
     let plane_at = Vec4::from_array(plane_at);
     let front_is = if plane.above_first { 1 << axis } else { 0 };
-    // Corner by corner: an primitive read as one where it was just written as two is waited for.
+    // Corner by corner: reading a primitive as one value that was just written as two corners would stall.
     let corners =
         Cell::from_mut(bytemuck::cast_slice_mut::<Primitive, Vec4>(primitives)).as_slice_of_cells();
     let (cells, _) = corners.as_chunks::<2>();
@@ -266,7 +303,7 @@ fn sort_by_plane(
         Some((left, right)) if !left.is_empty() && !right.is_empty() => {
             (front, [left, right].map(PrimitiveBounds::around))
         }
-        // The plane lies beside all centroids, by rounding.
+        // Rounding put the plane outside the centroids.
         _ => split_equally(primitives),
     }
 }

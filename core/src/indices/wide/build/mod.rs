@@ -1,12 +1,17 @@
-//! Building in two passes.
+//! Build of a BVH8, in two passes.
 //!
-//! First the triangles are sorted into the order of the leaves by dividing them in two again and again, and the
-//! divisions are collapsed into nodes, which tells how much each subtree will take; then everything is written to
-//! where it belongs. Both go down the tree in branches that know nothing of each other, so an executor may run
-//! them at once, and the bytes are the same. Where nothing is to be written, the first pass says how much it
-//! would be.
+//! ```text
+//! 1. sort:  primitives --partition, binned_sah--> order of the leaves --collapse--> nodes of up to eight, and their rows
+//! 2. emit:  subtrees --full or quantised--> words
+//! ```
+//! 1. The primitives are partitioned in two again and again, down to leaves of up to eight. On the way back, the binary
+//!    splits are collapsed into nodes, which gives the length of each subtree.
+//! 2. Each subtree is written to where it belongs.
 //!
-//! Indices that write the same tree in another way begin with the first pass too, and go down a [`Subtree`].
+//! Both passes go down the tree in branches that share no state. So an executor may run them in parallel, and the bytes are
+//! the same. A dry run is the first pass alone.
+//!
+//! The quantised indices begin with the first pass too, and write its [`Subtree`]s in their own form.
 
 mod binned_sah;
 pub(crate) mod collapse;
@@ -23,6 +28,7 @@ use collapse::{BinarySplit, Forest, Subtree};
 use partition::{Divider, Subset};
 use primitive::Primitive;
 
+/// Bounds the scratch bytes of the first pass.
 pub(crate) const fn scratch_bytes(triangle_count: usize) -> usize {
     let counts = size_of_slice::<u32>(triangle_count.saturating_mul(2));
     size_of_slice::<Primitive>(triangle_count)
@@ -30,14 +36,14 @@ pub(crate) const fn scratch_bytes(triangle_count: usize) -> usize {
         .saturating_add(counts)
 }
 
-/// The triangles in the order of the leaves, one at least.
+/// Result of the first pass: the primitives in the order of the leaves, at least one.
 pub(crate) struct Sorted<'s> {
     pub root: Subtree<'s>,
-    /// The largest coordinate of any triangle.
+    /// The largest absolute value of any triangle's coordinates.
     pub largest: f32,
 }
 
-/// The first pass, in `scratch_bytes` of scratch.
+/// Runs the first pass, in `scratch_bytes` of scratch.
 ///
 /// # Errors
 /// [`BuildError::ScratchFull`], [`BuildError::Misaligned`], [`BuildError::TooMuchWork`].
@@ -49,7 +55,7 @@ pub(crate) fn sort<'s>(
 ) -> Result<Sorted<'s>, BuildError> {
     let DividedScene { triangles, clusters, ref nodes, .. } = *division;
     let count = triangles.len();
-    // Branches may be built at once and do not share a count, so the steps are known only at the end; the depth bounds
+    // Branches may run in parallel and do not share a count, so the steps are known only at the end. The depth bounds
     // them. A limit below the steps of a balanced tree, the fewest of all, is refused here.
     let least = count as u64 * u64::from((count / LANES).checked_ilog2().unwrap_or(0) + 1);
     if least > words.steps_left() {
@@ -69,15 +75,15 @@ pub(crate) fn sort<'s>(
     Ok(Sorted { root: Subtree::root(primitives, splits, &forest), largest })
 }
 
-/// So many divisions into a cluster, triangles are divided into equal parts, which takes at most 25 more.
+/// Depth within a cluster from which on primitives are split equally, which takes at most 25 more levels.
 const BALANCED_FROM: u32 = 32;
-/// The levels of the cluster tree, and those of a cluster: at worst a node for each division.
+/// Largest depth: the levels of the cluster tree, and those of a cluster. At worst each binary split is a node.
 pub(crate) const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + 27;
 
-/// From so many primitives on, branches are offered to the executor.
+/// Number of primitives from which on branches are offered to the executor.
 const LARGE: usize = 4096;
 
-/// Does both, at once if they are large.
+/// Runs both closures, by the executor if `count` primitives are many.
 pub(crate) fn both<A: Send, B: Send>(
     executor: &impl Executor,
     count: usize,
@@ -87,15 +93,15 @@ pub(crate) fn both<A: Send, B: Send>(
     if count >= LARGE { executor.join(a, b) } else { (a(), b()) }
 }
 
-/// The first pass.
+/// First pass.
 struct Sorter<'b, E> {
     divider: Divider<'b>,
     executor: &'b E,
 }
 
 impl<E: Executor> Sorter<'_, E> {
-    /// Sorts the primitives of a part, of which the first has the number `from`, into the order of its leaves, and
-    /// files how they are divided. As deep a recursion as they are divided.
+    /// Sorts a subset of primitives into the order of its leaves, and stores its splits. `from` is the index of its first
+    /// primitive. The recursion is as deep as the splits.
     fn sort(
         &self,
         primitives: &mut [Primitive],

@@ -1,8 +1,9 @@
-//! Which triangles go together.
+//! Partition of the primitives, top-down, until a subset has eight or fewer.
 //!
-//! Triangles are divided in two until eight or fewer are left: a join of clusters into those that were joined,
-//! other triangles by the best plane of all axes by estimated tests. A test of up to eight triangles costs the
-//! same, so counts are rounded up to full leaves: this fills them.
+//! - A join of clusters is split into the two nodes that were joined.
+//! - Any other subset is split by the plane of least SAH cost on all axes; see `binned_sah`.
+//!
+//! A test of up to eight triangles costs the same. So SAH counts are rounded up to full leaves, which fills leaves.
 
 use arrayvec::ArrayVec;
 
@@ -15,25 +16,24 @@ use crate::cluster::{ClusterNode, Clusters, MAX_TREE_DEPTH, NodeId};
 use crate::geometry::Box4;
 use crate::input::Mesh;
 
-/// A part of the triangles, and where it stands.
+/// Subset of the primitives, and how it is to be split.
 #[derive(Clone, Copy)]
 pub(crate) enum Subset {
-    /// A join of clusters.
+    /// A join of clusters: an inner node of the cluster tree.
     Join(NodeId),
-    /// In a cluster, so many divisions below it.
+    /// A subset of a cluster, at this depth of splits below the cluster.
     Inside(PrimitiveBounds, u32),
 }
 
-/// Divides triangles: those of a join of clusters into what was joined, others where it costs least.
+/// Splitter of subsets.
 pub(crate) struct Divider<'b> {
     nodes: &'b [ClusterNode],
-    /// The triangles below each of them.
+    /// The number of triangles below each node of the cluster tree.
     counts: &'b [u32],
 }
 
 impl<'b> Divider<'b> {
-    /// Files the triangles so that each node of the cluster tree has a run of its own; `counts` is as long as
-    /// there are nodes.
+    /// Fills `primitives`, so that each node of the cluster tree has a run of its own. `counts` is as long as `nodes`.
     pub fn new(
         primitives: &mut [Primitive],
         counts: &'b mut [u32],
@@ -47,12 +47,12 @@ impl<'b> Divider<'b> {
         divider
     }
 
-    /// Where the whole stands.
+    /// The subset of all primitives.
     pub fn root(&self, primitives: &[Primitive]) -> Subset {
         self.subset_of((self.nodes.len() as u32).saturating_sub(1), primitives)
     }
 
-    /// Where a node of the cluster tree stands.
+    /// The subset below a node of the cluster tree.
     fn subset_of(&self, id: u32, primitives: &[Primitive]) -> Subset {
         // Leaves come first, and there is one more of them than of joins.
         if id as usize > self.nodes.len() / 2 {
@@ -62,7 +62,7 @@ impl<'b> Divider<'b> {
         }
     }
 
-    /// The box of a part.
+    /// The box of a subset.
     pub fn bounds(&self, subset: &Subset) -> Box4 {
         match *subset {
             Subset::Inside(part, _) => part.bounds,
@@ -75,6 +75,7 @@ impl<'b> Divider<'b> {
         self.nodes.get(id as usize).map_or(Box4::at(Vec4::ZERO), |node| Box4::of(&node.bounds))
     }
 
+    /// Fills `primitives` in the order of a traversal of the cluster tree.
     fn file(&self, primitives: &mut [Primitive], triangles: Mesh<'_>, clusters: &Clusters<'_>) {
         let mut slots = primitives.iter_mut();
         let mut stack = ArrayVec::<usize, { MAX_TREE_DEPTH + 1 }>::new();
@@ -95,7 +96,7 @@ impl<'b> Divider<'b> {
         }
     }
 
-    /// What a node of the cluster tree joins: first what costs less to test.
+    /// The two nodes that a node of the cluster tree joins, the one that costs less to test first.
     fn cheaper_first(&self, node: &ClusterNode) -> [u32; 2] {
         let cost = |link: u32| {
             let count = self.counts.get(link as usize).map_or(0, |&count| count.cast_signed());
@@ -105,9 +106,11 @@ impl<'b> Divider<'b> {
         if cost(right) < cost(left) { [right, left] } else { [left, right] }
     }
 
-    /// Sorts more than eight primitives into two parts, one behind the other, and returns the length of the first,
-    /// which is the one that costs less. So it gets the lower lane: where a ray enters both at once, as one
-    /// that begins in both, it is the cheaper to be asked first.
+    /// Splits more than eight primitives into two subsets, one behind the other, and returns the length of the first, which
+    /// is the one that costs less.
+    ///
+    /// So the cheaper subset gets the lower lane. Of two boxes that a ray enters at once, as a ray that begins in both does,
+    /// the lower lane is entered first.
     pub fn divide(&self, primitives: &mut [Primitive], subset: &Subset) -> (usize, [Subset; 2]) {
         match *subset {
             Subset::Join(join) => {
@@ -129,7 +132,7 @@ impl<'b> Divider<'b> {
     }
 }
 
-/// How many triangles are below each node of the cluster tree.
+/// Counts the triangles below each node of the cluster tree.
 fn count_triangles(counts: &mut [u32], clusters: &Clusters<'_>, nodes: &[ClusterNode]) {
     for at in 0..counts.len() {
         let count = if at < clusters.count() {

@@ -1,12 +1,12 @@
-//! Triangles while they are sorted into the tree.
+//! Build primitives.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use crate::geometry::{Box4, Triangle};
 
-/// A triangle while it is being sorted into the tree: its box, and in the fourth components its id, the
-/// upper 16 bits and the lower as numbers.
+/// Build primitive: the box of a triangle and, in the fourth components, its id, the upper 16 bits and the lower 16 bits
+/// as numbers.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(transparent)]
 pub(crate) struct Primitive(Box4);
@@ -26,23 +26,23 @@ impl Primitive {
         primitives.iter().fold(Box4::EMPTY, |all, primitive| all.union(primitive.0))
     }
 
-    /// Its box.
+    /// The box of the triangle. Its fourth components are the id's.
     pub fn bounds(&self) -> Box4 {
         self.0
     }
 
-    /// Twice the middle of its box; infinite beyond what numbers hold, which no plane tells apart.
+    /// Twice the centroid of the box. It is infinite where it overflows; no plane separates such centroids.
     #[inline]
     pub fn doubled_centroid(&self) -> Vec4 {
         self.0.lo + self.0.hi
     }
 }
 
-/// What is known of some primitives.
+/// Bounds of some primitives.
 #[derive(Clone, Copy)]
 pub(crate) struct PrimitiveBounds {
     pub bounds: Box4,
-    /// The box around the centroids of their boxes.
+    /// The box around their doubled centroids.
     pub centroids: Box4,
 }
 
