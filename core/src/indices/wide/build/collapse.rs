@@ -1,10 +1,18 @@
-//! Which divisions in two become nodes of up to eight.
+//! Collapse of binary splits into nodes of up to eight children (BVH8), by dynamic programming.
 //!
-//! A node costs what its box's half_area is: so often is it entered. For each part the least cost is found with
-//! which it can be one subtree, or up to two, ... up to eight of them side by side, from what that costs for
-//! both its halves. Filled from above instead, by dividing the costliest part until there were eight, nodes had
-//! fewer children (4.2 instead of 6.1 on figure 4): 1 to 4 bytes a triangle more, and up to 7% more nodes for a
-//! ray to enter.
+//! The cost of a node is the half area of its box, because that is how often it is entered. A *forest* of a subset is a
+//! way to represent it as several subtrees side by side, whose roots become children of one node above.
+//!
+//! 1. Bottom-up, [`Forest::join`] fills a table for each binary split: the least cost of the subset as a forest of at most
+//!    1, 2, ... 8 subtrees. It follows from the tables of both halves: for each number of subtrees, the best share of them
+//!    for the left half. As one subtree, the subset is a node whose children are the best forest of eight.
+//! 2. Each [`BinarySplit`] stores the shares that won, and the rows that the node takes.
+//! 3. Top-down, [`Subtree::children`] reads the shares: it hands eight to the split, its share to each half, and so on, until
+//!    a share is one.
+//!
+//! # What lost
+//! - Filling nodes from above, by dividing the costliest part until there are eight: nodes have fewer children (4.2 instead
+//!   of 6.1 on figure 4), 1 to 4 bytes a triangle more, and a ray enters up to 7% more nodes.
 //!
 //! # Source
 //! H. Ylitie, T. Karras, S. Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*,
@@ -16,56 +24,58 @@ use bytemuck::{Pod, Zeroable};
 use super::primitive::Primitive;
 use crate::indices::wide::rows::{LANES, LEAF_ROWS, NODE_ROWS, Packing};
 
-/// A division in two, filed under the primitive where the second half begins.
+/// Binary split, stored at the index of the primitive where its second half begins.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct BinarySplit {
-    /// Where the halves are divided in turn; 0 for a leaf.
+    /// The indices at which the halves are split in turn; 0 for a leaf.
     halves: [u32; 2],
-    /// Of two to eight subtrees side by side, how many the first half gets, three bits each; 0 where one
-    /// subtree less is as good. Then how many it gets of the eight children of a node.
+    /// For forests of two to eight subtrees, the share of the first half, three bits each; 0 if one subtree less costs as
+    /// little. Behind them, the first half's share of the eight children of a node.
     shares: u32,
-    /// What it takes as a node, with all below.
+    /// The number of rows as a node, with all below.
     rows: u32,
 }
 
 const SHARE_BITS: usize = 3;
-/// Where the share of a node's children lies: behind those of one (unused), two, ... eight subtrees.
+/// Index of the share of a node's children: behind those of forests of one (unused), two, ... eight subtrees.
 const OF_CHILDREN: usize = LANES;
 
 impl BinarySplit {
-    /// Not the share itself: 0 stands for another thing.
+    /// The first half's share of `of` subtrees; 0 if one subtree less costs as little.
     fn share(&self, of: usize) -> usize {
         (self.shares >> (SHARE_BITS * of) & 7) as usize
     }
 }
 
-/// What a part takes as up to one, two, ... eight subtrees side by side.
+/// Table of the dynamic programme: the cheapest way to represent a subset as a forest of at most one, two, ... eight
+/// subtrees (Ylitie et al. 2017, section 3).
 #[derive(Clone, Copy)]
 pub(crate) struct Forest {
-    /// The surfaces of all inner nodes.
+    /// The least cost: the sum of the half areas of all inner nodes.
     costs: [f32; LANES],
-    /// The rows of all, but of those subtrees that are leaves: which of them share rows is known when they have a
-    /// node.
+    /// The rows of the cheapest forest, without those of roots that are leaves: which of them share rows is known only when
+    /// they have a node.
     rows: [u32; LANES],
+    /// The roots of the cheapest forest that are leaves.
     leaves: [LeafCounts; LANES],
-    /// Where it is divided; 0 for a leaf.
+    /// The index at which the subset is split; 0 for a leaf.
     at: u32,
-    /// Looks at an primitive that dividing took.
+    /// The number of looks at a primitive that the splits took.
     pub steps: u64,
 }
 
 impl Forest {
-    /// Of a leaf of so many primitives.
+    /// The table of a leaf of `count` primitives.
     pub fn leaf(count: usize) -> Self {
         let leaves = [LeafCounts::one(count); LANES];
         Self { costs: [0.0; LANES], rows: [0; LANES], leaves, at: 0, steps: count as u64 }
     }
 
-    /// Of a part that is divided at the primitive `at`, in a box with so large a half_area.
+    /// Computes the table of a subset that is split at the primitive `at`, in a box of this half area.
     pub fn join(left: &Self, right: &Self, at: u32, half_area: f32) -> (Self, BinarySplit) {
-        // The least cost of so many subtrees if some of them are in each half; of equals, the first. More subtrees
-        // never cost more: beside a leaf, the other half gets all but one.
+        // 1. The least cost of `count` subtrees with at least one in each half, and the share of the left half; of equals,
+        // the first. More subtrees never cost more. Beside a leaf, the right half gets all but one.
         let divided = |count: usize| {
             if left.at == 0 {
                 return (right.costs[(count - 2) % LANES], 1);
@@ -84,11 +94,12 @@ impl Forest {
             let rows = left.rows[ours].saturating_add(right.rows[rest]);
             (rows, left.leaves[ours].and(right.leaves[rest]))
         };
+        // 2. As a node: the best forest of eight, and the node itself.
         let (cost, share) = divided(LANES);
         let mut shares = (share as u32) << (SHARE_BITS * OF_CHILDREN);
         let (rows, leaves) = side_by_side(LANES, share);
         let rows = rows.saturating_add(NODE_ROWS + leaves.rows());
-        // As one subtree, or as many as cost less.
+        // 3. As a forest of at most `more + 1` subtrees: one more only if that costs less.
         let (mut least, mut rows_and_leaves) = (cost + half_area, (rows, LeafCounts::NONE));
         let mut forest = Self {
             costs: [least; LANES],
@@ -110,7 +121,7 @@ impl Forest {
     }
 }
 
-/// How many primitives some leaves have, four bits each; at most eight leaves.
+/// Numbers of primitives of up to eight leaves, four bits each.
 #[derive(Clone, Copy)]
 struct LeafCounts(u32);
 
@@ -121,33 +132,33 @@ impl LeafCounts {
         Self(count as u32)
     }
 
-    /// These, and then others.
+    /// Appends others.
     fn and(self, others: Self) -> Self {
         let bits = u32::BITS - (self.0.leading_zeros() & !3);
         Self(self.0 | others.0.checked_shl(bits).unwrap_or(0))
     }
 
-    /// The rows that they share.
+    /// The rows that the leaves share.
     fn rows(self) -> u32 {
         let counts = (0..LANES).map(|leaf| (self.0 >> (4 * leaf) & 15) as usize);
         Packing::of(counts.take_while(|&count| count > 0)).rows()
     }
 }
 
-/// A run of sorted primitives: up to eight are a leaf, more are a node.
+/// Subtree: a run of sorted primitives. Up to eight are a leaf, more are a node.
 #[derive(Clone, Copy)]
 pub(crate) struct Subtree<'s> {
     pub primitives: &'s [Primitive],
-    /// Those of all primitives.
+    /// The splits of all primitives.
     splits: &'s [BinarySplit],
-    /// The number of its first primitive.
+    /// The index of the first primitive.
     from: u32,
-    /// Where it is divided; 0 for a leaf.
+    /// The index at which the subtree is split; 0 for a leaf.
     at: u32,
 }
 
 impl<'s> Subtree<'s> {
-    /// All primitives.
+    /// The subtree of all primitives.
     pub(crate) fn root(
         primitives: &'s [Primitive],
         splits: &'s [BinarySplit],
@@ -156,12 +167,12 @@ impl<'s> Subtree<'s> {
         Self { primitives, splits, from: 0, at: forest.at }
     }
 
-    /// What [`find`](Self::find) finds it by.
+    /// The key by which [`find`](Self::find) finds the subtree.
     pub(crate) fn key(&self) -> [u32; 3] {
         [self.from, self.primitives.len() as u32, self.at]
     }
 
-    /// One of those in all primitives, which this is.
+    /// Finds a subtree by its key, in the subtree of all primitives.
     pub(crate) fn find(self, [from, count, at]: [u32; 3]) -> Self {
         let primitives = self
             .primitives
@@ -170,7 +181,7 @@ impl<'s> Subtree<'s> {
         Self { primitives: primitives.unwrap_or_default(), from, at, ..self }
     }
 
-    /// The rows that a wide BVH takes for it, if it is not a leaf among others.
+    /// The number of rows that a wide BVH takes for the subtree, if it is not a leaf that shares rows.
     pub fn rows(&self) -> u32 {
         self.split().map_or(LEAF_ROWS, |split| split.rows)
     }
@@ -190,7 +201,7 @@ impl<'s> Subtree<'s> {
         children
     }
 
-    /// Appends a part as up to so many subtrees.
+    /// Appends the subtree as a forest of at most `count` subtrees.
     fn gather(self, mut count: usize, subtrees: &mut ArrayVec<Self, LANES>) {
         if let Some((split, [left, right])) = self.halves() {
             while count > 1 && split.share(count - 1) == 0 {
@@ -206,11 +217,12 @@ impl<'s> Subtree<'s> {
         debug_assert!(pushed, "a node has at most eight");
     }
 
-    /// How it is divided, unless it is a leaf.
+    /// The split of the subtree; `None` for a leaf.
     fn split(&self) -> Option<&'s BinarySplit> {
         self.splits.get(self.at as usize).filter(|_| self.at > 0)
     }
 
+    /// The split and both halves; `None` for a leaf.
     fn halves(self) -> Option<(&'s BinarySplit, [Self; 2])> {
         let split = self.split()?;
         let (left, right) = self.primitives.split_at_checked((self.at - self.from) as usize)?;
@@ -230,8 +242,8 @@ mod tests {
 
     use super::*;
 
-    /// How many subtrees side by side a part is, if the inner nodes with a bit in `nodes`, counted from `next`
-    /// in preorder, are nodes, and what those cost; `None` where one has more than eight children.
+    /// The number of subtrees of a forest in which the inner nodes with a bit in `nodes` (counted from `next` in preorder) are
+    /// nodes, and their cost; `None` if one of them has more than eight children.
     fn cost(tree: &TestTree, nodes: u32, next: &mut u32) -> Option<(usize, f32)> {
         let TestTree::Divided(half_area, left, right) = tree else { return Some((1, 0.0)) };
         let is_node = nodes >> *next & 1 == 1;
@@ -245,7 +257,7 @@ mod tests {
         }
     }
 
-    /// The least cost of at most so many subtrees, of all choices of nodes.
+    /// The least cost of at most `count` subtrees, by trying all choices of nodes.
     fn least(tree: &TestTree, leaves: usize, count: usize) -> f32 {
         let all = (0..1_u32 << (leaves - 1)).filter_map(|nodes| cost(tree, nodes, &mut 0));
         all.filter(|(subtrees, _)| *subtrees <= count)
@@ -282,7 +294,7 @@ mod tests {
         (forest, end)
     }
 
-    /// Goes through all subtrees, notes where leaves begin, and returns the rows of all.
+    /// Visits all subtrees, notes where leaves begin, and returns the rows of all.
     fn walk(subtree: Subtree<'_>, begins: &mut Vec<u32>) -> u32 {
         let children = subtree.children();
         if children.is_empty() {

@@ -1,4 +1,4 @@
-//! Whether rows are a tree: each node and leaf begins where the one before ended, so that none is named twice.
+//! Check that rows are a tree: each node and leaf begins where the one before ended, so no row is reached twice.
 
 use core::ops::Range;
 
@@ -39,21 +39,22 @@ pub(crate) fn check(sections: &Sections<'_>) -> Option<Statistics> {
     (check.end as usize == rows.len() && all).then_some(check.statistics)
 }
 
-/// Where the head says how many rows the upper nodes take.
+/// Index of the word in the head that says how many rows the upper nodes take.
 const UPPER_ROWS: usize = 3;
 
+/// State of a check.
 struct Check<'r> {
     rows: &'r [Row],
     triangle_count: u32,
-    /// Where the upper nodes end.
+    /// The row where the upper nodes end.
     below: u32,
-    /// Where the last subtree ended.
+    /// The row where the last subtree ended.
     end: u32,
     statistics: Statistics,
 }
 
 impl<'r> Check<'r> {
-    /// All upper nodes in their order, and what is below each.
+    /// Checks all upper nodes in their order, and what is below each.
     fn upper_nodes(&mut self, root: u32) -> Option<()> {
         if root != HEAD_ROWS {
             return None;
@@ -78,7 +79,7 @@ impl<'r> Check<'r> {
         (named == self.below).then_some(())
     }
 
-    /// Subtrees side by side: the leaves, then the nodes, each with what is below it.
+    /// Checks sibling subtrees: the leaves, then the nodes, each with what is below it.
     fn below(
         &mut self,
         children: impl DoubleEndedIterator<Item = Step> + Clone,
@@ -108,7 +109,7 @@ impl<'r> Check<'r> {
         node_at(self.rows, link).filter(|_| depth + 1 < MAX_DEPTH)
     }
 
-    /// Those of some children that are leaves, in the rows that they share.
+    /// Checks those of some children that are leaves, in the rows that they share.
     fn leaves(&mut self, children: impl Iterator<Item = Step>, depth: u32) -> Option<()> {
         let mut packing = Packing::default();
         for Step { link, edge } in children.filter(|child| child.link & LEAF != 0) {
@@ -129,6 +130,7 @@ impl<'r> Check<'r> {
         Some(())
     }
 
+    /// Checks that the triangles in some lanes are finite, and their ids are those of triangles.
     fn triangles(&self, leaf: &Leaf, lanes: Range<usize>) -> Option<()> {
         let is_known = |&id: &u32| id < self.triangle_count;
         let known = leaf[IDS_ROW].get(lanes.clone())?.iter().all(is_known);
@@ -143,7 +145,7 @@ fn children(node: &Node) -> impl DoubleEndedIterator<Item = Step> + Clone {
     (0..LANES).map(child).filter(|child| child.link != EMPTY)
 }
 
-/// The links of those that are nodes.
+/// The links of those children that are nodes.
 fn nodes(children: impl DoubleEndedIterator<Item = Step>) -> impl DoubleEndedIterator<Item = u32> {
     children.map(|child| child.link).filter(|link| link & LEAF == 0)
 }

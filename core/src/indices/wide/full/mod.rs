@@ -1,4 +1,4 @@
-//! The wide BVH: nodes of up to eight boxes, tested at once, over leaves of up to eight triangles.
+//! The wide BVH: a BVH8 in `f32`, nodes of up to eight boxes over leaves of up to eight triangles.
 //!
 //! ```text
 //! words:  rows of eight words: head | upper nodes, breadth first | what is below them, each depth first
@@ -6,17 +6,16 @@
 //! node:   lo.x[8] | hi.x[8] | lo.y[8] | hi.y[8] | lo.z[8] | hi.z[8] | links[8] | edges[8]
 //! leaf:   a.x[8] | a.y[8] | a.z[8] | b.x[8] | ... | c.z[8] | ids[8], of one child of a node or of several
 //! link:   leaf bit | triangles - 1 (3 bits) | row (28 bits); 0 for no child
-//! edge:   of a leaf, the largest component of its triangles' edges at corner a, or more, and in the last 3 bits the
+//! edge:   of a leaf, the largest component of its triangles' edges at corner a, or more; in the last 3 bits the
 //!         lane of its first triangle
 //! ```
-//! Each triangle lies in one leaf, and nowhere else: the image has no other copy. Triangles are divided in two
-//! where the estimated tests are fewest, and up to seven divisions make a node: an octant split where all three
-//! axes pay, and an axis left alone, or divided twice, where that pays more. The cluster tree is collapsed into
-//! the same nodes: as long as a part is a join of clusters, it is divided into the two that were joined. Lanes
-//! without a child have an empty box. Nodes and leaves begin at multiples of 64 bytes.
-//!
-//! Boxes and triangles are tested in `f32` with derived margins (see `lanes`); whatever a margin
-//! cannot exclude is decided by the exact kernel.
+//! - Each triangle lies in one leaf, and nowhere else: the index has no other copy.
+//! - Nodes come from the binned surface-area heuristic (SAH), whose binary splits are collapsed: up to seven splits make a
+//!   node. They are an octant split where all three axes pay. An axis is left alone, or split twice, where that pays more.
+//! - The cluster tree is collapsed into the same nodes: a join of clusters is split into the two that were joined.
+//! - A lane without a child has an empty box. Nodes and leaves begin at multiples of 64 bytes.
+//! - Boxes and triangles are tested in `f32` with derived margins (see `simd::lanes`). The exact kernel decides whatever a
+//!   margin cannot exclude.
 //!
 //! # What lost
 //! - Leaves of fewer than eight, where their triangles lie apart: 2% fewer instructions in a city for 14 bytes more a
@@ -25,16 +24,16 @@
 //!   2 to 5% more instructions for addresses.
 //! - Sorting a batch by octant and by the Morton code of the origins: rays of photons are up to a fifth faster then,
 //!   but sorting takes as long as asking.
-//! - Other orders of the rows: see `write`.
-//! - 16 rays of a batch in queues by what they do next, nodes, leaves, ends, with no branch in between: by simulation
-//!   a quarter fewer branches mispredicted, but a third more instructions and 0.55 to 0.8 of the speed, because what
-//!   comes next waits for the queue.
+//! - Other orders of the rows: see `emit`.
+//! - 16 rays of a batch in queues by their next step (nodes, leaves, ends), with no branch in between. By simulation, a
+//!   quarter fewer branch mispredictions, but a third more instructions and 0.55 to 0.8 of the speed, because the next step
+//!   waits for the queue.
 //! - Three, six or eight rays in turn instead of four, and a prefetch of half a node: no difference that stands out.
-//! - Sixteen lanes: counted on divisions collapsed further, a ray enters 10 to 17% fewer nodes, each of which is twice the
-//!   work in AVX2. In AVX-512, registers of sixteen numbers have not paid so far: see `avx512`.
-//! - Triangles cut in two where they leave most of their boxes empty, before the build, 5 to 60% more of them: a ray enters
-//!   up to 9% more nodes, a quarter more in a city, for at most 4% fewer tests, and no scene was faster. Embree's spatial
-//!   splits make it 0.85 to 1.05 times as fast on the same scenes and rays, and its build 3 to 8 times as slow.
+//! - Sixteen lanes: counted on splits collapsed further, a ray enters 10 to 17% fewer nodes, each of which is twice the work
+//!   in AVX2. In AVX-512, registers of sixteen numbers have not paid so far: see `dispatch`.
+//! - Cutting triangles in two before the build where they leave most of their boxes empty, 5 to 60% more of them: a ray
+//!   enters up to 9% more nodes, a quarter more in a city, for at most 4% fewer tests, and no scene was faster. Embree's
+//!   spatial splits make it 0.85 to 1.05 times as fast on the same scenes and rays, and its build 3 to 8 times as slow.
 //!
 //! # Source
 //! H. Dammertz, J. Hanika, A. Keller, *Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of
@@ -54,10 +53,12 @@ use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Described, DividedScene, Sections, Statistics, Structure};
 
-/// The wide BVH, alone or as the local index of a hierarchy.
+/// Wide BVH: a BVH8 in `f32`, over the whole scene or, in a hierarchy, over its clusters. 50 to 55 bytes a triangle.
+///
+/// It holds the triangles, so it cannot lie [beside](crate::Scene::beside) a mesh.
 pub enum WideBvh {}
 
-/// The rows of the head.
+/// Number of rows of the head.
 pub(crate) const HEAD_ROWS: u32 = 2;
 
 impl Described for WideBvh {

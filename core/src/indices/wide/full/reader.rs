@@ -1,4 +1,4 @@
-//! The rows, as a walk reads them.
+//! Reader of the wide BVH's rows, for the traversal.
 
 use core::ops::ControlFlow;
 
@@ -12,7 +12,7 @@ use crate::indices::wide::simd::{LaneRay, Lanes};
 use crate::indices::wide::tree::{InLanes, Step, Tree, decide_each};
 use crate::query::{Query, TriangleId};
 
-/// The rows, and what their head says.
+/// Wide BVH: its rows, and the contents of its head.
 #[derive(Clone, Copy)]
 pub(crate) struct WideTree<'a> {
     pub rows: &'a [Row],
@@ -21,7 +21,7 @@ pub(crate) struct WideTree<'a> {
 }
 
 impl<'a> WideTree<'a> {
-    /// The rows of some words; none where they are not whole, and nothing is to be hit.
+    /// Casts words to rows. If the words are no whole rows, there are none, and nothing is hit.
     #[inline]
     pub fn of(words: &'a [u32]) -> Self {
         let rows: &[Row] = bytemuck::try_cast_slice(words).unwrap_or(&[]);

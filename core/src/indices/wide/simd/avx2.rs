@@ -1,10 +1,11 @@
-//! The lanes in AVX2: eight in one register.
+//! Lanes in AVX2: eight numbers in one register.
 //!
-//! The same operations in the same order as `lanes`, which the compiler turns into much longer code; and a
-//! filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the kernel's own.
-//! The only `unsafe` of this crate is here, in `avx512` and in the compact BVH's `avx2`: calling functions
-//! compiled for instructions that the processor may not have. [`SimdLevel`](crate::SimdLevel) can say that it has
-//! them only after asking it. Worth about a third of the time of a query.
+//! - Boxes and eight triangles: the same operations in the same order as in [`Portable`](super::Portable), which the compiler
+//!   turns into much longer code. No FMA, so that both give the same bits.
+//! - [`judge`]: a filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the kernel's own.
+//!
+//! `unsafe` here is calling functions that are compiled for instructions which the processor may not have; see
+//! [`wide`](crate::indices::wide). It is worth about a third of the time of a query.
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
@@ -27,7 +28,7 @@ use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamp
 use crate::indices::wide::rows::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::query::Query;
 
-/// The lanes of walks compiled for AVX2, or for more.
+/// Lanes of traversals that are compiled for AVX2, or for more.
 pub(crate) enum Avx2 {}
 
 impl Lanes for Avx2 {
@@ -42,11 +43,12 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-        // SAFETY: only functions compiled for AVX2, or for AVX-512, which has it, walk with these lanes; so below.
+        // SAFETY: only traversals compiled for AVX2, or for AVX-512, which includes it, use these lanes. The calls of all
+        // functions below are safe for the same reason.
         unsafe { meet_boxes(node, ray, last) }
     }
 
-    // Without it, a batch over more triangles than the cache holds waits for them.
+    // Without a prefetch, a batch over more triangles than the cache holds waits for them.
     #[inline(always)]
     fn prefetch(rows: &[Row], link: u32) {
         let node = rows.as_ptr().wrapping_add((link & ROW_MASK) as usize);
@@ -116,14 +118,14 @@ fn load(row: &Row) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-    // Without `map`: what that is given is not always inlined where the walk is compiled for more than AVX2.
+    // Without `map`: its closure is not always inlined where the traversal is compiled for more than AVX2.
     meet_planes(ray, last, |axis| {
         let ([near, far], sides) = (ray.sides(axis), &sides_of(node)[axis]);
         [load(&sides[near]), load(&sides[far])]
     })
 }
 
-/// As `lanes::meet_planes`.
+/// Tests eight boxes, as `portable::meet_planes` does.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(crate) fn meet_planes(
@@ -137,19 +139,19 @@ pub(crate) fn meet_planes(
         let origin = _mm256_set1_ps(ray.origin[axis]);
         let (enter, leave) = (_mm256_set1_ps(ray.enter[axis]), _mm256_set1_ps(ray.leave[axis]));
         let [near, far] = planes(axis);
-        // Of a NaN and a number, these return the second operand.
+        // Of a NaN and a number, these instructions return the second operand.
         entry = _mm256_max_ps(_mm256_mul_ps(_mm256_sub_ps(origin, near), enter), entry);
         exit = _mm256_min_ps(_mm256_mul_ps(_mm256_sub_ps(origin, far), leave), exit);
     }
     let exit = _mm256_add_ps(exit, _mm256_set1_ps(UNDERFLOW));
     let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);
-    // Where a comparison holds it gives ones: the key of a box that is not met is `FAR`.
+    // A comparison that holds gives ones, so the key of a box that is not met is `FAR`.
     let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
     let keys: __m256i = _mm256_srli_epi32::<16>(keys);
     _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
 }
 
-/// The lowest key in the lower half, its lane in the upper.
+/// Finds the lowest key (lower half of the result), and its lane (upper half).
 #[inline]
 #[target_feature(enable = "avx2")]
 fn nearest(keys: __m128i) -> u32 {
@@ -188,6 +190,7 @@ fn edges(leaf: &Leaf) -> __m256 {
     (4..9).fold(length(3), |longest, at| _mm256_max_ps(longest, length(at)))
 }
 
+/// Tests eight triangles, in the phases of `portable`.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn are_flat(leaf: &Leaf, axes: u32) -> bool {
@@ -268,8 +271,17 @@ fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Can
     Candidates { any: !bits(missed), sure }
 }
 
-/// The kernel's filter in four lanes of `f64`: `det` times 1, `t`, `u` and `v`, with the kernel's bounds. What
-/// it leaves in doubt, the kernel decides; so nothing depends on where doubt begins.
+/// Filters one triangle: the kernel's `f64` filter in four lanes, with the kernel's bounds. The kernel decides what is left
+/// in doubt, so no answer depends on where doubt begins.
+///
+/// ```text
+/// lane:  0          1      2      3
+///        det * 1    t      u      v       volumes; w = det - u - v
+/// ```
+/// 1. The volumes, as dot products of `n = e1 x e2` and of `q = a x d`, which `turned` computes in all lanes at once.
+/// 2. The bounds on their errors.
+/// 3. The signs of the weights. In doubt: the volumes go to the kernel. Opposite: missed.
+/// 4. The quotients `t`, `u`, `v`, each between two `f32`. Outside the interval: missed. Not the same `f32`: in doubt.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
@@ -282,10 +294,11 @@ fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
     let less = |x, y| _mm256_sub_pd(x, y);
     let times = |x, y| _mm256_mul_pd(x, y);
     let abs = |x| _mm256_andnot_pd(all(-0.0), x);
-    // y, z, x
+    // Rotates the components to y, z, x.
     let turned = |x| _mm256_permute4x64_pd::<0b11_00_10_01>(x);
     let cross = |p, q| turned(less(times(p, turned(q)), times(turned(p), q)));
 
+    // 1. The volumes.
     let p = corner(triangle.a);
     let d = wide(ray.direction);
     let a = less(p, wide(ray.origin));
@@ -293,7 +306,7 @@ fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
     let e2 = less(corner(triangle.c), p);
     let n = cross(e1, e2);
     let q = cross(a, d);
-    // As q is turned about, u = e2 . q and v = -e1 . q.
+    // Here q is a x d, in `portable` d x a; so u = e2 . q and v = -e1 . q.
     let det_t = _mm256_hadd_pd(times(d, n), times(a, n));
     let u_v = _mm256_hadd_pd(times(e2, q), times(less(all(0.0), e1), q));
     let values = plus(
@@ -301,7 +314,7 @@ fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
         _mm256_permute2f128_pd::<0x31>(det_t, u_v),
     );
 
-    // The largest components of a, twice, and of the edges, twice.
+    // 2. The bounds: the largest components of a, twice, and of the edges, twice.
     let (size, edge) = (abs(a), _mm256_max_pd(abs(e1), abs(e2)));
     let largest = _mm256_max_pd(
         _mm256_permute2f128_pd::<0x20>(size, edge),
@@ -317,7 +330,7 @@ fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
         times(edge, _mm256_set_pd(48.0 * R, 48.0 * R, 56.0 * R, 48.0 * R)),
     );
 
-    // The signs of det, u and v, and that of w.
+    // 3. The signs of det, u and v, and that of w.
     let enough = times(errors, _mm256_set_pd(1.0, 1.0, 1.0, 1e4));
     let certain = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(abs(values), enough));
     let signs = _mm256_movemask_pd(values) & DET_U_V;
@@ -344,7 +357,7 @@ fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
         return Verdict::Missed;
     }
 
-    // The quotients: see the kernel's `Divisor`.
+    // 4. The quotients, as in the kernel's `Divisor`.
     let inverse = all(1.0 / det);
     let quotients = times(values, inverse);
     let sizes = abs(quotients);

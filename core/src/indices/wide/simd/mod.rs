@@ -1,6 +1,6 @@
-//! SIMD: eight boxes, or eight triangles, against one ray.
+//! SIMD: tests of eight boxes, or of eight triangles, against one ray.
 
-// Forced, because these must be compiled for the instructions of the traversal, not called from there.
+// Inlining is forced: these functions must be compiled for the instructions of the traversal, not called from it.
 #![allow(clippy::inline_always)]
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]

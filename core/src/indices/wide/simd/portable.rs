@@ -1,5 +1,5 @@
-//! The lanes of every target: two vectors of four, which are SSE2, NEON or simd128 where the crate is compiled for
-//! them, and four numbers elsewhere.
+//! Lanes of every target: two vectors of four. They are SSE2, NEON or simd128 where the crate is compiled for them, and
+//! four numbers elsewhere.
 
 use core::ops::{Add, Mul, Neg, Sub};
 
@@ -12,7 +12,7 @@ use crate::query::Query;
 /// Lanes for every target.
 pub(crate) enum Portable {}
 
-/// Eight numbers.
+/// Vector of eight `f32`.
 #[derive(Clone, Copy)]
 pub(crate) struct Eight([Vec4; 2]);
 
@@ -22,7 +22,7 @@ impl Eight {
         Self([Vec4::splat(x); 2])
     }
 
-    /// The numbers with these bits.
+    /// The numbers whose bits are those of a row.
     #[inline(always)]
     pub fn of(row: &Row) -> Self {
         Self(bytemuck::must_cast(*row))
@@ -39,7 +39,7 @@ impl Eight {
         Self([f(a, c), f(b, d)])
     }
 
-    /// Where this is the smaller one, one bit each.
+    /// Compares: one bit for each lane in which `self` is less.
     #[inline(always)]
     fn below(self, other: Self) -> u32 {
         let ([a, b], [c, d]) = (self.0, other.0);
@@ -64,16 +64,16 @@ impl Eight {
         self.each(Vec4::abs)
     }
 
-    /// The larger one; of a NaN and a number, the second.
+    /// The larger number of each lane; of a NaN and a number, the second operand.
     #[inline(always)]
     pub fn larger(self, other: Self) -> Self {
         self.with(other, |a, b| {
-            // There, of a NaN and a number, the instruction gives the second; elsewhere, a NaN.
+            // Of a NaN and a number, the SSE2 instruction gives the second operand; those of other targets give a NaN.
             if cfg!(target_feature = "sse2") { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) }
         })
     }
 
-    /// The smaller one; of a NaN and a number, the second.
+    /// The smaller number of each lane; of a NaN and a number, the second operand.
     #[inline(always)]
     fn smaller(self, other: Self) -> Self {
         self.with(other, |a, b| {
@@ -136,8 +136,8 @@ fn cross(a: EightPoints, b: EightPoints) -> EightPoints {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// As [`Lanes::meet_boxes`], where `planes` gives the sides across an axis: those by which the ray enters, and
-/// the others.
+/// Tests eight boxes, as [`Lanes::meet_boxes`] does. For each axis, `planes` gives the sides by which the ray enters, and the
+/// sides by which it leaves.
 #[inline(always)]
 pub(crate) fn meet_planes(
     ray: &LaneRay,
@@ -177,7 +177,7 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn nearest(keys: Self::Keys) -> (u16, usize) {
-        // Key and lane in one number: the least is the first of the nearest.
+        // Key and lane in one number: the least is the first lane of the least key.
         let of = |lane: usize| u32::from(keys[lane]) << 3 | lane as u32;
         let least = (0..LANES).map(of).fold(u32::MAX, u32::min);
         ((least >> 3) as u16, (least & 7) as usize)
@@ -215,7 +215,7 @@ impl Lanes for Portable {
         let all = Eight::all;
         let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
 
-        // n = e1 x e2, q = d x a: det u = d . (e2 x a) = -e2 . q, det v = d . (a x e1) = e1 . q.
+        // 1. Volumes: n = e1 x e2, q = d x a; det u = d . (e2 x a) = -e2 . q, det v = d . (a x e1) = e1 . q.
         let p = corner(0);
         let d = [0, 1, 2].map(|axis| all(ray.direction[axis]));
         let a = minus(p, [0, 1, 2].map(|axis| all(ray.origin[axis])));
@@ -229,6 +229,7 @@ impl Lanes for Portable {
         let v = dot(e1, q);
         let w = det - u - v;
 
+        // 2. Weights of opposite signs, beyond the margin.
         let a = a[0].abs().larger(a[1].abs().larger(a[2].abs()));
         let underflow = all(ray.underflow());
         let sum = all(SUM * ray.reach) * edges;
@@ -236,7 +237,7 @@ impl Lanes for Portable {
         let (lowest, highest) = (u.smaller(v).smaller(w), u.larger(v).larger(w));
         let mixed = lowest.below(-margin) & highest.above(margin);
 
-        // The quotient t / det against the interval, without dividing: both times |det|.
+        // 3. The quotient t / det against the interval, without a division: both sides times |det|.
         let size = det.abs();
         let sign_of = |t: Vec4, det: Vec4| {
             let (t, det): ([u32; 4], [u32; 4]) = (bytemuck::must_cast(t), bytemuck::must_cast(det));
@@ -252,8 +253,9 @@ impl Lanes for Portable {
         let (largest, smallest) = (size + wider, size - wider);
         let late = least.above(all(last + ROUNDED) * largest);
         let early = most.below(all(ray.t_min - ROUNDED) * smallest);
-        // Only where the sign of det is certain is `along` what it says.
+        // The sign of `along` is that of t only if the sign of det is certain.
         let certain = size.above(wider + underflow);
+        // 4. For an any-hit query: beyond the same margins on the other side, a triangle is surely hit.
         let mut sure = 0;
         if Q::ANY {
             let alike = lowest.above(margin) | highest.below(-margin);
