@@ -1,8 +1,7 @@
-//! Unpacking in AVX2.
+//! Unpacking in AVX2: the same operations in the same order as in `views`.
 //!
-//! The same operations in the same order as `lanes`. As in the wide BVH's `avx2`, the only `unsafe` is
-//! calling functions compiled for instructions that the processor may not have;
-//! [`SimdLevel`](crate::SimdLevel) can say that it has them only after asking it.
+//! `unsafe` here is calling functions that are compiled for instructions which the processor may not have; see
+//! [`wide`](crate::indices::wide).
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
@@ -27,7 +26,7 @@ use crate::query::Query;
 impl Unpack for Avx2 {
     #[inline(always)]
     fn meet_node(node: &QuantisedNode, ray: &LaneRay, last: f32) -> __m128i {
-        // SAFETY: only functions compiled for AVX2 walk with these lanes; so below.
+        // SAFETY: only traversals compiled for AVX2 use these lanes. The calls below are safe for the same reason.
         unsafe { meet_node(node, ray, last) }
     }
 
@@ -50,7 +49,7 @@ impl Unpack for Avx2 {
     }
 }
 
-/// The planes where these quanta are.
+/// Decodes the planes of eight quanta.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn planes(quanta: __m256i, anchor: f32, step: f32) -> __m256 {
@@ -72,7 +71,7 @@ fn meet_node(node: &QuantisedNode, ray: &LaneRay, last: f32) -> __m128i {
     })
 }
 
-/// The order of the bytes in each half of a vector.
+/// Identity order of the bytes in each half of a vector.
 const BYTES: [[u8; 16]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]; 2];
 
 #[inline]
@@ -94,7 +93,7 @@ fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> __m128i {
 #[target_feature(enable = "avx2")]
 fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates {
     let Known { triangles, ids, last_lane } = *known;
-    // Unused lanes have the first triangle again.
+    // Unused lanes get the first triangle again.
     let used = _mm256_set1_epi32((last_lane as u32).cast_signed());
     let unused = _mm256_cmpgt_epi32(bytemuck::must_cast([0, 1, 2, 3, 4, 5, 6, 7]), used);
     let first = _mm256_set1_epi32(ids[0].cast_signed());
@@ -107,7 +106,7 @@ fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidat
     Avx2::meet_triangles::<Q>(&leaf, ray, Avx2::edges(&leaf), last)
 }
 
-/// Four rows of eight turned into eight of four: of each, lanes 0 to 3 are one, lanes 4 to 7 another.
+/// Transposes two 4 x 4 matrices: lanes 0 to 3 of the four vectors are one, lanes 4 to 7 the other.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn transposed([a, b, c, d]: [__m256; 4]) -> [Row; 4] {
@@ -148,10 +147,10 @@ fn gather_triangles(triangles: &[Triangle], ids: &Row) -> Option<Leaf> {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn gather_corners(vertices: &[Vec3], corners: &[[u32; 3]], ids: &Row) -> Leaf {
-    // What does not exist is replaced, not refused: the compiler takes branches before any reads, and keeps the
-    // corners_of of all corners in memory until then. A tenth of the instructions of a leaf.
+    // A vertex that does not exist is replaced, not refused: with a branch for it, the compiler takes all branches before any
+    // reads, and keeps the indices of all corners in memory until then. That is a tenth of the instructions of a leaf.
     //
-    // x, y, y, z: in two reads, neither of which goes beyond the last vertex.
+    // A vertex is read as x, y, y, z: two reads, neither of which goes beyond the last vertex.
     let vertex = |offset: u32| {
         let vertex = vertices.get(offset as usize).unwrap_or(&Vec3::ZERO);
         let numbers: &[f32; 3] = bytemuck::must_cast_ref(vertex);
@@ -173,7 +172,7 @@ fn gather_corners(vertices: &[Vec3], corners: &[[u32; 3]], ids: &Row) -> Leaf {
     [ax, ay, az, bx, by, bz, cx, cy, cz, Row::default()]
 }
 
-/// Eight numbers of a chunk.
+/// Loads eight numbers of a chunk.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn load(chunk: &Chunk, from: usize) -> __m256 {
@@ -194,7 +193,7 @@ fn unpack(chunk: &Chunk) -> Leaf {
     for corner in 0..3 {
         let halves = _mm256_set1_epi32(chunk[1 + corner].cast_signed());
         let vertex_numbers = _mm256_srlv_epi32(halves, shifts);
-        // The fourth bit, where it decides: in the offset of the sign.
+        // Bit 3 of the number chooses the half of the table: it is shifted to the sign, by which the blend decides.
         let upper = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(vertex_numbers));
         for (axis, [low, high]) in table.into_iter().enumerate() {
             let low = _mm256_permutevar8x32_ps(low, vertex_numbers);

@@ -1,18 +1,19 @@
-//! The form of the compact BVH: leaves hold the triangles, over tables of the vertices that they share.
+//! Form of the compact BVH: leaves hold the triangles, as tables of shared vertices.
+//!
 //!
 //! ```text
 //! link:   leaf bit | word (31 bits)
 //! leaf:   one chunk or several
-//! chunk:  edge, counts | corners a, b, c: half a byte a triangle each | x.. | y.. | z.. | ids..
+//! chunk:  edge and counts | corners a, b, c: a word each, 4 bits a triangle | x.. | y.. | z.. | ids..
 //! counts: more chunks (1 bit) | vertices - 1 (4 bits) | triangles - 1 (3 bits)
 //! ```
-//! A chunk lists its vertices once, as the exact floats that they were, and a triangle says which three are its
-//! own. A chunk has no more than 16 vertices; triangles that need others come in a chunk of their own. The edge,
-//! the largest component of the triangles' edges at corner a, is kept as the upper 16 bits of a float, rounded
-//! up.
-//!
-//! The corners of eight triangles are unpacked at once. The zeros at the end of an image are as many as the
-//! largest chunk is long, so that a chunk can be read in one piece.
+//! - A chunk lists each of its vertices once, as the exact floats that it was built from. A triangle says which three are
+//!   its corners.
+//! - A chunk has up to 16 vertices. Triangles that need more vertices start another chunk.
+//! - The edge is the largest component of the triangles' edges at corner a. It is stored as the upper 16 bits of a float,
+//!   rounded up.
+//! - The corners of eight triangles are unpacked at once.
+//! - The words end with as many zeros as the largest chunk has words, so that any chunk can be read in one piece.
 
 use core::ops::ControlFlow;
 
@@ -32,20 +33,22 @@ use crate::memory::Words;
 use crate::query::{Query, TriangleId};
 use crate::structure::Described;
 
-/// The form of the compact BVH.
+/// Form of the compact BVH.
 #[derive(Clone, Copy)]
 pub enum Chunks {}
 
+/// Largest number of vertices in a chunk.
 const MOST_VERTICES: usize = 16;
-/// Before the vertices: the counts and the corners.
+/// Number of words before the vertices: edge and counts, and the corners.
 pub(super) const CHUNK_HEAD: usize = 4;
-/// Of the largest chunk.
+/// Number of words of the largest chunk.
 pub(super) const CHUNK_WORDS: usize = CHUNK_HEAD + 3 * MOST_VERTICES + LANES;
+/// The bit of the counts that says that another chunk of the leaf follows.
 const MORE_CHUNKS: u32 = 1 << 7;
-/// The bits of the edge.
+/// The bits of a chunk's first word that are the edge.
 const EDGE: u32 = 0xffff_0000;
 
-/// As many words as the largest chunk has, from where a chunk begins.
+/// Window of as many words as the largest chunk has, from the begin of a chunk.
 pub(super) type Chunk = [u32; CHUNK_WORDS];
 
 /// The number of triangles of a chunk, 1 to 8.
@@ -60,7 +63,7 @@ pub(super) fn vertex_count(chunk: &Chunk) -> usize {
     (chunk[0] >> 3 & 15) as usize + 1
 }
 
-/// The words of a chunk.
+/// The number of words of a chunk.
 fn chunk_length(chunk: &Chunk) -> usize {
     CHUNK_HEAD + 3 * vertex_count(chunk) + triangle_count(chunk)
 }
@@ -76,7 +79,7 @@ fn id_at(chunk: &Chunk, lane: usize) -> u32 {
     chunk[offset % CHUNK_WORDS]
 }
 
-/// The index of a corner (0, 1, 2) in the table of vertices.
+/// The index in the table of vertices of a triangle's corner 0, 1 or 2.
 #[inline(always)]
 pub(super) fn corner_at(chunk: &Chunk, corner: usize, lane: usize) -> usize {
     (chunk[1 + corner % 3] >> (4 * (lane % LANES)) & 15) as usize
@@ -87,7 +90,7 @@ fn triangle_at(chunk: &Chunk, lane: usize) -> Triangle {
     let count = vertex_count(chunk);
     let corner = |corner: usize| {
         let offset = CHUNK_HEAD + corner_at(chunk, corner, lane);
-        // At most 4 + 15 + 32, and never as much as the chunk has.
+        // At most 4 + 15 + 32, which is less than `CHUNK_WORDS`: the reduction changes nothing (see `rows`).
         let number = |axis: usize| f32::from_bits(chunk[(offset + axis * count) % CHUNK_WORDS]);
         Vec3::new(number(0), number(1), number(2))
     };
@@ -144,7 +147,7 @@ impl Form for Chunks {
         Some(node_at(words, link)?.links[lane % LANES])
     }
 
-    /// As few chunks as it takes with the triangles in their order.
+    /// Writes as few chunks as the triangles, in their order, need.
     fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32 {
         let offset = words.len() as u32;
         let mut chunk = Filling::default();
@@ -209,7 +212,7 @@ impl Form for Chunks {
     }
 }
 
-/// The chunks of a leaf; none for the link of an unused lane, which leads past the end.
+/// Iterates over the chunks of a leaf; none for the link of an unused lane, which leads past the end.
 #[inline(always)]
 fn leaf_at(words: &[u32], link: u32) -> impl Iterator<Item = &Chunk> {
     let mut next = Some((link & Chunks::OFFSET) as usize);
@@ -221,7 +224,7 @@ fn leaf_at(words: &[u32], link: u32) -> impl Iterator<Item = &Chunk> {
     })
 }
 
-/// Ids are known, corners are in the table, and triangles are finite.
+/// Checks that ids are those of triangles, corners are in the table, and triangles are finite.
 fn check_chunk(chunk: &Chunk, triangle_count: u32) -> Option<()> {
     let vertices = vertex_count(chunk);
     for lane in 0..self::triangle_count(chunk) {
@@ -234,19 +237,19 @@ fn check_chunk(chunk: &Chunk, triangle_count: u32) -> Option<()> {
     Some(())
 }
 
-/// A chunk that is being filled.
+/// Chunk that is being filled.
 #[derive(Default)]
 struct Filling {
     longest: f32,
-    /// See the module's documentation.
+    /// The corners a, b and c, 4 bits a triangle.
     corners: [u32; CHUNK_HEAD - 1],
-    /// Their bits, so that each comes back as it was, zeros too.
+    /// The bits of the vertices, so that each is restored as it was, -0.0 too.
     vertices: ArrayVec<[u32; 3], MOST_VERTICES>,
     ids: ArrayVec<u32, LANES>,
 }
 
 impl Filling {
-    /// Adds a triangle, if its vertices fit.
+    /// Adds a triangle. Returns false, and adds nothing, if its vertices do not fit.
     fn add(&mut self, triangle: &Triangle, id: u32) -> bool {
         let Self { longest, corners, vertices, ids } = self;
         let known = vertices.len();
@@ -257,7 +260,7 @@ impl Filling {
             let offset = offset.unwrap_or_else(|| vertices.len());
             if offset == vertices.len() && vertices.try_push(bits).is_err() {
                 vertices.truncate(known);
-                // The corners of this lane are those of the chunk that follows.
+                // Undo the corners: this triangle's are those of the next chunk.
                 for word in corners {
                     *word &= !(15 << (4 * (lane % LANES)));
                 }
@@ -273,12 +276,12 @@ impl Filling {
         ids.try_push(id).is_ok()
     }
 
-    /// The edge, rounded up to the bits that there are for it.
+    /// The longest edge, rounded up to the bits stored.
     fn edge(&self) -> u32 {
         self.longest.to_bits().saturating_add(!EDGE) & EDGE
     }
 
-    /// Appends the chunk.
+    /// Appends the chunk to `words`; `more` is [`MORE_CHUNKS`] or 0.
     fn write(&self, more: u32, words: &mut Words<'_>) {
         let vertices = (self.vertices.len() as u32).saturating_sub(1);
         let triangles = (self.ids.len() as u32).saturating_sub(1);

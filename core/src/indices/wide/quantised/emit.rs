@@ -1,4 +1,4 @@
-//! From the sorted triangles of the wide BVH's first pass to nodes and leaves.
+//! The second pass of the quantised indices: subtrees are written as nodes and leaves, depth first.
 
 use core::marker::PhantomData;
 
@@ -15,6 +15,7 @@ use crate::input::{Executor, Mesh};
 use crate::memory::Words;
 use crate::structure::DividedScene;
 
+/// Builds a quantised index: both passes.
 pub(super) fn build<F: Form>(
     mut division: DividedScene<'_>,
     words: &mut Words<'_>,
@@ -42,6 +43,7 @@ pub(super) fn build<F: Form>(
     Ok(())
 }
 
+/// Second pass.
 struct Encoder<'e, 'w, F> {
     triangles: Mesh<'e>,
     words: &'e mut Words<'w>,
@@ -49,7 +51,7 @@ struct Encoder<'e, 'w, F> {
 }
 
 impl<F: Form> Encoder<'_, '_, F> {
-    /// Appends a subtree, and returns the link to it and its box. As deep a recursion as the tree.
+    /// Appends a subtree, and returns the link to it and its box. The recursion is as deep as the tree.
     fn subtree(&mut self, subtree: Subtree<'_>) -> (u32, Box4) {
         let children = subtree.children();
         if children.is_empty() {
@@ -57,8 +59,9 @@ impl<F: Form> Encoder<'_, '_, F> {
             let link = F::write(self.triangles, primitives.iter().map(Primitive::id), self.words);
             return (link, Primitive::bounds_of(primitives));
         }
-        // A node comes before its children, and knows their boxes after them.
+        // 1. Reserve the node's words before those of its children.
         let offset = self.words.reserve(F::node_words(children.len()));
+        // 2. Append the children.
         let mut bounds = Box4::EMPTY;
         let mut links = ArrayVec::<u32, LANES>::new();
         let mut boxes = ArrayVec::<Aabb, LANES>::new();
@@ -68,6 +71,7 @@ impl<F: Form> Encoder<'_, '_, F> {
             let pushed = links.try_push(link).is_ok() && boxes.try_push(child.aabb()).is_ok();
             debug_assert!(pushed, "a node has eight lanes");
         }
+        // 3. Encode the node: now its children's boxes are known.
         let mut node = QuantisedNode::of(&boxes);
         for (slot, &link) in node.links.iter_mut().zip(&links) {
             *slot = link;

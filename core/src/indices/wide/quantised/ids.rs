@@ -1,19 +1,23 @@
-//! The form of the lean BVH: leaves name the triangles, which lie elsewhere.
+//! Form of the lean BVH: leaves name the triangles, which lie elsewhere.
+//!
 //!
 //! ```text
 //! link:   leaf bit | children or triangles - 1 (3 bits) | word (28 bits)
 //! node:   anchor.xyz | step.xyz | links.. | x.. | y.. | z..
-//! x:      lo | hi, 16 bits each, the lower half first; so y and z
+//! x:      lo | hi, 16 bits each, the lower half first; y and z likewise
 //! leaf:   ids..
 //! ```
-//! A node has the links and planes of its children only: with room for eight, an image would be 0.9 to 1.4 bytes
-//! a triangle longer. It is read as one of eight, where it lies, and what is in unused lanes is passed over. Both
-//! planes of a box share a word, and links come first: so an odd number of children leaves no gap, lanes choose
-//! between near and far planes without a copy of the node, and a link is found without the number of children.
+//! - A node has links and planes of its children only. It is read in place as a node of eight, and the garbage in unused
+//!   lanes is ignored.
+//! - Both planes of a box share a word, and links come first. So an odd number of children leaves no gap, lanes choose
+//!   between near and far planes without a copy of the node, and a link is found without the number of children.
+//! - At a leaf, the corners of its triangles are gathered into rows, and tested as those of the wide BVH. Their longest
+//!   edges are computed there, too.
 //!
-//! At a leaf the corners of its triangles are gathered into rows, and tested as those of the wide BVH. Their
-//! longest edges are found there too: kept in a word of each leaf, as the compact BVH does, they would cost
-//! 0.6 to 1.0 bytes a triangle, and save 1% of the instructions of a photon.
+//! # What lost
+//! - Links and planes for eight children in every node: 0.9 to 1.4 bytes a triangle more.
+//! - The longest edge in a word of each leaf, as in the compact BVH: 0.6 to 1.0 bytes a triangle more, for 1% fewer
+//!   instructions of a photon.
 
 use core::ops::ControlFlow;
 
@@ -32,23 +36,24 @@ use crate::memory::Words;
 use crate::query::{Query, TriangleId};
 use crate::structure::Described;
 
-/// The form of the lean BVH.
+/// Form of the lean BVH.
 #[derive(Clone, Copy)]
 pub enum Ids {}
 
 const COUNT_SHIFT: u32 = 28;
-/// Of a node: the anchor and the step.
+/// Number of words of a node's anchor and step.
 const SCALE_WORDS: usize = 6;
-/// Of the largest node. So many zeros are at the end of an image, so that any node can be read in one piece.
+/// Number of words of the largest node. The words end with as many zeros, so that any node can be read in one piece.
 const WINDOW: usize = SCALE_WORDS + 4 * LANES;
 
-/// The offset, and the last lane that is used.
+/// Decodes a link: the offset, and the last lane that is used.
 #[inline(always)]
 fn decoded(link: u32) -> (usize, usize) {
     ((link & Ids::OFFSET) as usize, (link >> COUNT_SHIFT & 7) as usize)
 }
 
 #[inline(always)]
+/// Reads a node without its links.
 fn boxes_at(words: &[u32], link: u32) -> Option<FewBoxes<'_>> {
     let (offset, last_lane) = decoded(link);
     let words: &[u32; WINDOW] = words.get(offset..offset + WINDOW)?.try_into().ok()?;
@@ -58,8 +63,8 @@ fn boxes_at(words: &[u32], link: u32) -> Option<FewBoxes<'_>> {
     Some(FewBoxes { anchor, step, sides: [row(1)?, row(2)?, row(3)?], last_lane })
 }
 
-/// The ids of a leaf, as they are written down, and the last lane that is used; in the others lies what comes next.
-/// `None` for an unused lane of a node, whose link leads past the end.
+/// Reads the ids of a leaf in place, and the last lane that is used; other lanes hold the words that follow. `None` for the
+/// link of an unused lane, which leads past the end.
 #[inline(always)]
 fn ids_at(words: &[u32], link: u32) -> Option<(&Row, usize)> {
     let (offset, last_lane) = decoded(link);
@@ -177,7 +182,7 @@ impl Form for Ids {
         let count = known.last_lane + 1;
         query.count_tests(count as u32);
         let candidates = L::meet_known::<Q>(&known, ray, last);
-        // Read once more: few are candidates, and for them no rows have to be kept.
+        // The triangle is read once more, because few are candidates, and rows kept for them would cost more.
         let triangle = |lane: usize| {
             let id = known.ids[lane % LANES];
             (TriangleId(id), known.triangle(id))

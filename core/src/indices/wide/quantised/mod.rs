@@ -1,23 +1,26 @@
-//! The wide BVH in less memory: the compact BVH, and the lean BVH beside a mesh.
+//! BVH8 with boxes quantised to 16 bits a side: the compact BVH, and the lean BVH beside a mesh.
+//!
 //!
 //! ```text
 //! words:  link of the root, the largest coordinate | nodes and leaves, depth first, the root first | zeros
 //! node:   x.lo[8] x.hi[8] y.lo[8] ... z.hi[8], 16 bits each | anchor.xyz | step.xyz | links[8]
 //! ```
-//! The lean BVH keeps of a node what its children need: see `ids`. Leaves of the compact BVH hold the
-//! triangles: see `chunks`.
+//! - Of a node, the lean BVH stores only what its children need: see `ids`.
+//! - The leaves of the compact BVH hold the triangles: see `chunks`.
+//! - The tree is that of the wide BVH, and so are traversal and triangle tests. Only the form of nodes and leaves differs.
+//! - The planes of a node's boxes are `anchor + q * step`, `q` a number of 16 bits. They are rounded outwards, and kept
+//!   where they can be: see `node`. Eight planes are unpacked at once.
+//! - An unused lane has a link past the end.
 //!
-//! The tree is that of the wide BVH, and so are the walk and the triangle tests. What differs is how nodes
-//! and leaves are written down. The planes of a node's boxes are `anchor + q * step`, `q` a number of 16 bits;
-//! rounded outwards, and kept where they can be: see `node`. An unused lane has a link past the end. Eight
-//! planes are unpacked at once. With AVX-512 allowed, AVX2 is used: for the former, compilers turn the corners of one
-//! triangle into a gather, and rays take 5 to 8% longer on Zen 5.
+//! # What lost
+//! - AVX-512: with it, compilers turn the corners of one triangle into a gather, and rays take 5 to 8% longer on Zen 5. So
+//!   AVX2 is used where AVX-512 is allowed.
 //!
 //! # Source
 //! C. Benthin, I. Wald, S. Woop, A. Áfra, *Compressed-Leaf Bounding Volume Hierarchies*, 2018, for the idea of
 //! quantised nodes over leaves with a vertex table of their own.
 
-// Forced, because the walk must be compiled for the instructions of its lanes, not called from there.
+// Inlining is forced: the traversal must be compiled for the instructions of its lanes, not call functions that are.
 #![allow(clippy::inline_always)]
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
@@ -50,27 +53,31 @@ use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Described, DividedScene, Sections, Statistics, Structure};
 
-/// The compact BVH, alone or as the local index of a hierarchy: 25 to 30 bytes a triangle, with all that
-/// answering needs.
+/// Compact BVH: a BVH8 in 16 bits, over the whole scene or, in a hierarchy, over its clusters. 25 to 30 bytes a triangle,
+/// with all that queries need.
+///
+/// It holds the triangles, so it cannot lie [beside](crate::Scene::beside) a mesh.
 pub type CompactBvh = QuantisedBvh<Chunks>;
 
-/// The lean BVH, alone or as the local index of a hierarchy: made to lie [beside](crate::Scene::beside) a
-/// mesh that is kept anyway: 7.3 to 9.4 bytes a triangle more on the scenes of the host.
+/// Lean BVH: a BVH8 in 16 bits, over the whole scene or, in a hierarchy, over its clusters.
+///
+/// It is made to lie [beside](crate::Scene::beside) a mesh that is kept anyway: 7.3 to 9.4 bytes a triangle more on the
+/// scenes of the host. On its own it takes 36 bytes a triangle more, for the triangles.
 pub type LeanBvh = QuantisedBvh<Ids>;
 
-/// A BVH of quantised boxes, written down in some form.
+/// BVH8 of quantised boxes, in the form `F`.
 pub struct QuantisedBvh<F>(PhantomData<F>);
 
-/// How nodes and leaves are written down. Nodes have two to eight children, leaves one to eight triangles.
+/// Form of nodes and leaves. Nodes have two to eight children, leaves one to eight triangles.
 trait Form: Copy + 'static {
-    /// See [`Structure::HOLDS_TRIANGLES`].
+    /// True if leaves hold the triangles; see [`Structure::HOLDS_TRIANGLES`].
     const HOLDS_TRIANGLES: bool;
-    /// So many zeros end an image.
+    /// The number of zeros at the end of the words, so that nodes and leaves can be read in one piece.
     const ZEROS: usize;
-    /// The bits of a link that are a offset.
+    /// The bits of a link that are an offset.
     const OFFSET: u32;
 
-    /// Writes a node to where room was reserved, and returns the link to it.
+    /// Writes a node at the reserved `offset`, and returns the link to it.
     fn write_node(
         node: &QuantisedNode,
         children: usize,
@@ -78,10 +85,10 @@ trait Form: Copy + 'static {
         words: &mut Words<'_>,
     ) -> u32;
 
-    /// The words of a node with so many children.
+    /// The number of words of a node with this number of children.
     fn node_words(children: usize) -> usize;
 
-    /// The whole of a node, and its words.
+    /// Reads a node, and the number of its words; `None` past the end.
     fn node_at(words: &[u32], link: u32) -> Option<(QuantisedNode, usize)>;
 
     /// The box in one lane of a node; `None` for an unused lane.
@@ -90,16 +97,16 @@ trait Form: Copy + 'static {
     /// As [`InLanes::meet_node`](crate::indices::wide::tree::InLanes::meet_node).
     fn meet_node<L: Unpack>(words: &[u32], link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys>;
 
-    /// The link in one lane of a node.
+    /// Reads the link in one lane of a node.
     fn child(words: &[u32], link: u32, lane: usize) -> Option<u32>;
 
     /// Appends a leaf, and returns the link to it.
     fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32;
 
-    /// Decides about all triangles of a leaf, and counts them.
+    /// Shows the query all triangles of a leaf, without a filter, and counts them.
     fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()>;
 
-    /// Decides about those that the ray may hit up to `last`, and counts all.
+    /// Tests the triangles of a leaf: counts all, and lets the query judge those that the ray may hit up to `last`.
     fn test<L: Unpack, Q: Query>(
         tree: Packed<'_, Self>,
         link: u32,
@@ -108,28 +115,31 @@ trait Form: Copy + 'static {
         query: &mut Q,
     ) -> ControlFlow<()>;
 
-    /// The words and the triangles of a leaf, if reading it does no harm.
+    /// Checks a leaf, and returns the numbers of its words and triangles. `None` if reading it could do harm.
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)>;
 }
 
+/// Number of words of the head.
 const HEAD_WORDS: usize = 2;
+/// Number of words of a [`QuantisedNode`].
 const NODE_WORDS: usize = 38;
+/// The bit of a link that leads to a leaf.
 const LEAF: u32 = 1 << 31;
-/// The link of an unused lane: a leaf past the end of the longest image.
+/// The link of an unused lane: a leaf past the end of the longest index.
 const EMPTY: u32 = u32::MAX;
 
-/// Eight boxes and what is in them.
+/// Node: eight boxes, and the links to what they hold.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct QuantisedNode {
-    /// Of each axis the lower planes, then the upper; the lower half of a word first.
+    /// For each axis the planes of the lower sides, then those of the upper; lane 0 is in the lower half of the first word.
     planes: [[[u32; 4]; 2]; 3],
     anchor: [f32; 3],
     step: [f32; 3],
     links: [u32; LANES],
 }
 
-/// The offset of `EMPTY` lies behind all others.
+/// The largest number of words, so that the offset of `EMPTY` lies past the end.
 fn most_words<F: Form>() -> usize {
     F::OFFSET as usize - CHUNK_WORDS
 }
@@ -177,6 +187,7 @@ where
     }
 }
 
+/// Checks the words of a tree that lies in depth-first order.
 fn check<F: Form>(words: &[u32], triangle_count: u32) -> Option<Statistics> {
     const MOST: usize = MAX_DEPTH as usize * LANES;
     if triangle_count == 0 {

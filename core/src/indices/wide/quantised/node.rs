@@ -1,17 +1,19 @@
-//! Boxes in 16 bits a side: never smaller than they were, and the same where a plane can be had exactly.
+//! Quantised boxes, 16 bits a side: never smaller than the given ones, and the same where a plane can be represented exactly.
 //!
-//! A plane is the `f32` nearest to `anchor + q * step`. The anchor is the node's own lower side and the step a
-//! power of two, so `q * step` is exact, and of planes on a lattice so is the sum: where boxes touch or are flat,
-//! they still do and are. Other planes are those of the next `q` further outside, which is up to a
-//! 32,768th of the node's extent. The encoder compares the very planes that walks will see, so nothing has to be
-//! proven about them: to a walk they are ordinary planes.
+//! - A plane is the `f32` nearest to `anchor + q * step`.
+//! - The anchor is the node's own lower side, and the step a power of two. So `q * step` is exact, and for planes on a
+//!   lattice the sum is, too. Boxes there that touch or are flat still do and are.
+//! - Any other plane is that of the next `q` further outside. This is up to a 32,768th of the node's extent.
+//! - The encoder compares the very planes that traversals decode. So no error bound is needed: to a traversal they are
+//!   ordinary planes.
+//! - Lanes add in `f32`. The encoder and all else add in `f64`, where a product cannot overflow, and round then. Both give
+//!   the `f32` nearest to the sum, because a sum of two `f32` that is rounded to 53 bits first rounds the same way
+//!   (S. Figueroa, *When Is Double Rounding Innocuous?*, 1995).
 //!
-//! Walks with lanes add in `f32`, the encoder and the others in `f64` and round then, because there a product
-//! cannot overflow. Both give the `f32` nearest to the sum, as a sum of two `f32` rounded to 53 bits first is not
-//! rounded otherwise (S. Figueroa, *When Is Double Rounding Innocuous?*, 1995).
-//!
-//! With 8 bits, and steps that were no powers of two, an image was 1.4 to 2.3 bytes a triangle smaller, and rays
-//! entered 2 to 36% more nodes: most where boxes touch. With 16 bits but such steps, up to 28% more.
+//! # What lost
+//! - 8 bits, and steps that are no powers of two: 1.4 to 2.3 bytes a triangle less, but rays entered 2 to 36% more nodes,
+//!   most where boxes touch.
+//! - 16 bits, and such steps: up to 28% more nodes.
 
 use super::{EMPTY, NODE_WORDS, QuantisedNode};
 use crate::Vec3;
@@ -19,14 +21,14 @@ use crate::geometry::Aabb;
 use crate::indices::wide::rows::LANES;
 
 impl Default for QuantisedNode {
-    /// No boxes.
+    /// The node without boxes.
     fn default() -> Self {
         Self { anchor: [0.0; 3], step: [0.0; 3], planes: [[[0; 4]; 2]; 3], links: [EMPTY; LANES] }
     }
 }
 
 impl QuantisedNode {
-    /// A node of up to eight boxes, links yet to be set.
+    /// Encodes a node of up to eight boxes; links are to be set.
     pub fn of(boxes: &[Aabb]) -> Self {
         let mut node = Self::default();
         let all = boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(*bounds));
@@ -48,20 +50,20 @@ impl QuantisedNode {
         bytemuck::must_cast_ref(self)
     }
 
-    /// Of an axis the lower plane (side 0) or the upper, in steps from the anchor.
+    /// Reads a plane of an axis, the lower (side 0) or the upper (side 1), in steps from the anchor.
     #[inline(always)]
     pub fn quantum(&self, axis: usize, side: usize, lane: usize) -> u16 {
         let words = self.planes[axis % 3][side % 2];
         (words[lane / 2 % 4] >> (16 * (lane % 2))) as u16
     }
 
-    /// Sets one that was 0.
+    /// Sets a plane that was 0; see [`Self::quantum`].
     pub fn set_quantum(&mut self, axis: usize, side: usize, lane: usize, quantum: u16) {
         let words = &mut self.planes[axis % 3][side % 2];
         words[lane / 2 % 4] |= u32::from(quantum) << (16 * (lane % 2));
     }
 
-    /// The box of a lane.
+    /// Decodes the box of a lane.
     pub fn bounds(&self, lane: usize) -> Aabb {
         let side = |side: usize| {
             let [x, y, z] = [0, 1, 2].map(|axis: usize| {
@@ -79,27 +81,28 @@ pub(super) fn plane(quantum: u16, anchor: f32, step: f32) -> f32 {
     (f64::from(anchor) + f64::from(quantum) * f64::from(step)) as f32
 }
 
-/// The anchor and the step that reach from `lo` to `hi`.
+/// Chooses the anchor and the step with which planes reach from `lo` to `hi`.
 fn scale(lo: f32, hi: f32) -> (f32, f32) {
     const MANTISSA: u64 = (1 << 52) - 1;
     let least = (f64::from(hi) - f64::from(lo)) / f64::from(u16::MAX);
     let power = f64::from_bits(least.to_bits().saturating_add(MANTISSA) & !MANTISSA);
-    // Not subnormal, or a product of it might be rounded.
+    // Not subnormal, because a product of such a step might be rounded.
     let mut step =
         if power > f64::from(f32::MIN_POSITIVE) { power as f32 } else { f32::MIN_POSITIVE };
-    // At most once, if the difference was rounded down.
+    // This loop runs at most once: if the difference was rounded down.
     while plane(u16::MAX, lo, step) < hi && step < f32::MAX / 2.0 {
         step *= 2.0;
     }
     (lo, step)
 }
 
+/// Computes the distance of `x` from the anchor in steps, rounded down.
 fn quotient(x: f32, anchor: f32, step: f32) -> u16 {
     // The cast saturates.
     ((f64::from(x) - f64::from(anchor)) / f64::from(step)) as u16
 }
 
-/// Where the last plane is that is not above `x`, or the anchor.
+/// Finds the last plane that is not above `x`, else the anchor.
 fn last_below(x: f32, anchor: f32, step: f32) -> u16 {
     let mut quantum = quotient(x, anchor, step).saturating_add(1);
     while quantum > 0 && plane(quantum, anchor, step) > x {
@@ -108,7 +111,7 @@ fn last_below(x: f32, anchor: f32, step: f32) -> u16 {
     quantum
 }
 
-/// Where the first plane is that is not below `x`, or the last of all.
+/// Finds the first plane that is not below `x`, else the last plane of all.
 fn first_above(x: f32, anchor: f32, step: f32) -> u16 {
     let mut quantum = quotient(x, anchor, step).saturating_sub(1);
     while quantum < u16::MAX && plane(quantum, anchor, step) < x {
@@ -121,7 +124,7 @@ fn first_above(x: f32, anchor: f32, step: f32) -> u16 {
 mod tests {
     use super::*;
 
-    /// Boxes of all sizes at all corners_of, flat ones among them, one to eight a node.
+    /// Makes nodes of one to eight boxes of all sizes and positions, flat ones among them.
     fn each_node(mut check: impl FnMut(&[Aabb], &QuantisedNode)) {
         const SIZES: [f32; 10] = [0.0, 1e-45, 1e-38, 3e-9, 0.1, 1.0, 777.7, 1e6, 2.6e8, 1e38];
         let number = |i: usize| SIZES[i % SIZES.len()] * ((i * i % 7) as f32 - 3.0) / 1.7;
@@ -164,7 +167,7 @@ mod tests {
         });
     }
 
-    /// What lanes compute is what the encoder has compared.
+    /// The planes that lanes compute are those that the encoder has compared.
     #[test]
     fn planes_are_the_same_in_f32() {
         each_node(|boxes, node| {

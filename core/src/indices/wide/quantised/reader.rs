@@ -1,4 +1,4 @@
-//! The words, as a walk reads them; the walk is that of the wide BVH.
+//! Reader of the quantised indices' words, for the traversal of the wide BVH.
 
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
@@ -13,11 +13,11 @@ use crate::input::Mesh;
 use crate::query::Query;
 use crate::structure::Sections;
 
-/// The words of an image, and the triangles that they name, if they do not hold them.
+/// Quantised index: its words, and the triangles that they name unless they hold them.
 #[derive(Clone, Copy)]
 pub(super) struct Packed<'a, F> {
     pub words: &'a [u32],
-    /// For its triangles. By reference: as part of this, a mesh would be copied at every leaf.
+    /// The sections, for the triangles. By reference, because a mesh in this struct would be copied at every leaf.
     sections: &'a Sections<'a>,
     leaves: PhantomData<F>,
 }

@@ -1,4 +1,4 @@
-//! Unpacking, eight at once; what is unpacked is tested as in the wide BVH.
+//! Unpacking of nodes and leaves, eight lanes at once. The results are tested as in the wide BVH.
 
 use super::{CHUNK_HEAD, CHUNK_WORDS, Chunk, QuantisedNode, corner_at, vertex_count};
 use crate::geometry::Triangle;
@@ -8,16 +8,16 @@ use crate::indices::wide::simd::{Candidates, FAR, LaneRay, Lanes, Portable};
 use crate::input::Mesh;
 use crate::query::Query;
 
-/// A node without its links, as it is written down. In unused lanes lies what comes next.
+/// Node without its links, in place. Unused lanes hold the words that follow.
 pub(super) struct FewBoxes<'w> {
     pub anchor: &'w [f32; 3],
     pub step: &'w [f32; 3],
-    /// Of each axis the lower planes, in the lower halves of the words, and the upper.
+    /// For each axis a word a lane: the lower plane in the lower half, the upper plane in the upper half.
     pub sides: [&'w Row; 3],
     pub last_lane: usize,
 }
 
-/// The triangles of a leaf, by id.
+/// Leaf of the lean BVH: the ids of its triangles, and the mesh that has them.
 pub(super) struct Known<'a> {
     pub triangles: &'a Mesh<'a>,
     pub ids: &'a Row,
@@ -31,22 +31,22 @@ impl<'a> Known<'a> {
     }
 }
 
-/// Lanes that can read nodes and leaves.
+/// Lanes that can unpack quantised nodes and leaves.
 pub(super) trait Unpack: Lanes {
-    /// As [`Lanes::meet_boxes`].
+    /// Tests the boxes of a node; see [`Lanes::meet_boxes`].
     fn meet_node(node: &QuantisedNode, ray: &LaneRay, last: f32) -> Self::Keys;
 
-    /// The corners of a chunk's triangles; of unused lanes, anything. No ids.
+    /// Unpacks the corners of a chunk's triangles. The contents of unused lanes are arbitrary; ids are left out.
     fn unpack(chunk: &Chunk) -> Leaf;
 
-    /// As [`Lanes::meet_boxes`], for as many lanes as there are boxes.
+    /// Tests the boxes of a node of the lean BVH; see [`Lanes::meet_boxes`]. Unused lanes get `FAR`.
     fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys;
 
-    /// As [`Lanes::meet_triangles`], in the lanes up to the last that is used.
+    /// Tests the triangles of a leaf of the lean BVH; see [`Lanes::meet_triangles`]. The bits of unused lanes are arbitrary.
     fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates;
 }
 
-/// With all bits set in lanes behind the last that is used, whose number is the offset.
+/// Masks with all bits set in the lanes behind the last that is used, by that lane's number.
 pub(super) const UNUSED: [[u16; LANES]; LANES] = {
     let mut masks = [[FAR; LANES]; LANES];
     let mut last = 0;
