@@ -1,4 +1,4 @@
-//! The volumes of the kernel, exactly: this module decides where `f64` cannot.
+//! Exact arithmetic on the volumes of the kernel, which decides where `f64` cannot.
 //!
 //! Seen from the origin of the ray, with `a = A - o`, `b = B - o`, `c = C - o`, the volumes have one form:
 //!
@@ -42,7 +42,7 @@ pub(super) enum Weight {
     W,
 }
 
-/// A ray and a triangle.
+/// Ray and triangle.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<'p> {
     pub ray: &'p Ray,
@@ -50,7 +50,7 @@ pub(super) struct Pair<'p> {
 }
 
 impl Pair<'_> {
-    /// See [`Triangle::is_along`].
+    /// Tells whether both have no extent on some axis; see [`Triangle::is_along`].
     #[inline]
     pub fn is_along_flat(&self) -> bool {
         self.triangle.is_along(self.ray.direction())
@@ -135,7 +135,7 @@ fn nearest(side: i32, low: f32, boundary: f64, high: f32) -> f32 {
     nearest + 0.0
 }
 
-/// The arithmetic that decides the sign of a weight.
+/// Arithmetic that decides the signs of weights.
 pub(super) enum Signs {
     /// Two coordinates.
     Planar(Planar),
@@ -166,7 +166,7 @@ pub(super) struct Long {
     c: [f32; 3],
 }
 
-/// Half-way from the largest `f32` to what would be the next, 2^128: from here on rounding overflows.
+/// Number half-way from the largest `f32` to what would be the next, 2^128. From here on, rounding overflows.
 const BEYOND_MAX: f64 = 340_282_356_779_733_661_637_539_395_458_142_568_448.0; // 2^128 - 2^103
 
 impl Long {
@@ -208,7 +208,7 @@ impl Long {
         }
     }
 
-    /// See [`Pair::round`].
+    /// Rounds the exact quotient of a volume and `det`; see [`Pair::round`].
     fn round(&self, volume: Volume, det_sign: i32) -> f32 {
         // The exact volumes, rounded: each is off by less than 2^-51 of itself, the quotient by less
         // than 2^-49. At most one boundary between two f32 values lies in such an interval.

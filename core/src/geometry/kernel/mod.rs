@@ -60,19 +60,18 @@ use exact::{Pair, Volume, Weight};
 pub use volumes::{Approximate, Volumes};
 use volumes::{Bracket, Divisor};
 
-/// Where a ray meets a triangle: the point `origin + t * direction` is `A + u (B - A) + v (C - A)`.
+/// Intersection of a ray and a triangle: the point `origin + t * direction` is `A + u (B - A) + v (C - A)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intersection {
     /// The `f32` nearest to the exact parameter; finite.
     pub t: f32,
     /// The `f32` nearest to the exact weight of corner `b`.
     pub u: f32,
-    /// The `f32` nearest to the exact weight of corner `c`; where `u + v` would be more than 1, the
-    /// largest with which it is not.
+    /// The `f32` nearest to the exact weight of corner `c`; or, if `u + v` would exceed 1, the largest with which it does not.
     pub v: f32,
 }
 
-/// Intersects one ray with one triangle, exactly.
+/// Intersects one ray with one triangle, exactly. `None` if there is no hit in `t_min..=t_max`.
 ///
 /// # Examples
 /// ```
@@ -90,21 +89,20 @@ pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
     meet(ray, triangle, ray.t_min(), ray.t_max()).map(|meeting| meeting.intersection())
 }
 
-/// What somebody else's filter says of a ray and a triangle.
+/// Result of a caller's own floating-point filter.
 #[derive(Clone, Copy)]
 pub enum Verdict {
-    /// There is surely no hit in the interval.
+    /// Surely no hit in the interval.
     Missed,
-    /// There surely is, and this is it.
+    /// Surely this hit, which lies in the interval.
     Hit(Intersection),
-    /// The filter cannot tell; [`meet`] can.
+    /// The filter cannot tell; [`meet`] decides.
     InDoubt,
-    /// The verdict `InDoubt` of a filter that has computed the volumes, with the bounds of this module; [`meet_exactly`]
-    /// can tell.
+    /// The filter cannot tell, but has computed the volumes with the bounds of this module; [`meet_exactly`] decides.
     Doubtful(Volumes),
 }
 
-/// A ray that hits a triangle; where in the triangle is found out when asked.
+/// Hit whose weights are computed on demand.
 pub struct Meeting<'p> {
     weights: Weights<'p>,
     t: f32,
@@ -120,7 +118,7 @@ struct Weights<'p> {
     det_sign: i32,
 }
 
-/// The hit with `t_min <= t <= t_max`, if there is one; without the `f32` filter.
+/// Finds the hit with `t_min <= t <= t_max`, exactly; without the `f32` filter.
 #[inline]
 pub fn meet<'p>(
     ray: &'p Ray,
@@ -201,7 +199,7 @@ fn exact_signs(pair: &Pair<'_>, u: i32, v: i32, w: i32) -> Option<(i32, i32, i32
 }
 
 impl<'p> Meeting<'p> {
-    /// The hit of a line that meets the triangle, if it lies in the interval.
+    /// Makes the hit of a line that meets the triangle; `None` if it lies outside the interval.
     #[inline]
     fn new(
         pair: Pair<'p>,
@@ -227,13 +225,13 @@ impl<'p> Meeting<'p> {
         inside.then_some(Self { weights, t })
     }
 
-    /// See [`Intersection::t`].
+    /// The parameter; see [`Intersection::t`].
     #[inline]
     pub fn t(&self) -> f32 {
         self.t
     }
 
-    /// All of it.
+    /// Computes the weights too.
     #[inline]
     pub fn intersection(&self) -> Intersection {
         let Weights { pair, u, v, det, det_sign } = &self.weights;
@@ -243,7 +241,7 @@ impl<'p> Meeting<'p> {
     }
 }
 
-/// The largest `f32` that is at most `v` and at most the exact `1 - u`.
+/// The largest `f32` that exceeds neither `v` nor the exact `1 - u`.
 #[inline]
 pub(crate) fn clamped(u: f32, v: f32) -> f32 {
     // Rounded down where u is too small for the difference to be exact.
@@ -256,7 +254,7 @@ pub(crate) fn clamped(u: f32, v: f32) -> f32 {
     if f64::from(nearest) > room { nearest.next_down() } else { nearest }
 }
 
-/// The `f32` filter: `true` only if two of the volumes surely have opposite signs.
+/// Filters in `f32`: true only if two of the weights surely have opposite signs.
 pub fn surely_missed(ray: &Ray, triangle: &Triangle) -> bool {
     const R: f32 = f32::EPSILON / 2.0;
     const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120

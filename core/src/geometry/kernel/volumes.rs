@@ -1,6 +1,4 @@
-//! The volumes in `f64`, each with a bound on its error, and their quotients.
-//!
-//! `kernel` derives the bounds.
+//! The volumes in `f64`, each with a bound on its error, and their quotients. `kernel` derives the bounds.
 
 use glam::Vec3;
 
@@ -35,10 +33,10 @@ pub struct Approximate {
 }
 
 impl Approximate {
-    /// Exactly 0.
+    /// The value that is exactly 0.
     pub(super) const ZERO: Self = Self { value: 0.0, error: 0.0 };
 
-    /// Tells whether the exact value surely has the sign of the computed one, and is not 0.
+    /// Tells whether the exact value surely has the sign of the computed value, and is not 0.
     #[inline]
     fn is_certain(self) -> bool {
         self.value.abs() > self.error
@@ -165,8 +163,8 @@ impl Volumes {
 #[derive(Clone, Copy)]
 pub(super) struct Divisor {
     error: f64,
-    /// NaN where the error of `det` is too large a part of it; then no comparison with a quotient holds, and exact
-    /// arithmetic decides.
+    /// The inverse of `det`; NaN if the error of `det` is too large a part of it. No comparison with a quotient holds then, and
+    /// exact arithmetic decides.
     inverse: f64,
 }
 

@@ -151,8 +151,8 @@ fn gather_corners(vertices: &[Vec3], corners: &[[u32; 3]], ids: &Row) -> Leaf {
     // reads, and keeps the indices of all corners in memory until then. That is a tenth of the instructions of a leaf.
     //
     // A vertex is read as x, y, y, z: two reads, neither of which goes beyond the last vertex.
-    let vertex = |offset: u32| {
-        let vertex = vertices.get(offset as usize).unwrap_or(&Vec3::ZERO);
+    let vertex = |index: u32| {
+        let vertex = vertices.get(index as usize).unwrap_or(&Vec3::ZERO);
         let numbers: &[f32; 3] = bytemuck::must_cast_ref(vertex);
         let two = |two: Option<&[f32; 2]>| -> f64 {
             bytemuck::must_cast(two.copied().unwrap_or_default())

@@ -256,9 +256,9 @@ impl Filling {
         let lane = ids.len();
         for (corner, word) in [triangle.a, triangle.b, triangle.c].iter().zip(corners.iter_mut()) {
             let bits = corner.to_array().map(f32::to_bits);
-            let offset = vertices.iter().position(|vertex| *vertex == bits);
-            let offset = offset.unwrap_or_else(|| vertices.len());
-            if offset == vertices.len() && vertices.try_push(bits).is_err() {
+            let index = vertices.iter().position(|vertex| *vertex == bits);
+            let index = index.unwrap_or_else(|| vertices.len());
+            if index == vertices.len() && vertices.try_push(bits).is_err() {
                 vertices.truncate(known);
                 // Undo the corners: this triangle's are those of the next chunk.
                 for word in corners {
@@ -266,7 +266,7 @@ impl Filling {
                 }
                 return false;
             }
-            *word |= (offset as u32) << (4 * (lane % LANES));
+            *word |= (index as u32) << (4 * (lane % LANES));
         }
         for edge in [triangle.b - triangle.a, triangle.c - triangle.a] {
             for length in edge.abs().to_array() {
