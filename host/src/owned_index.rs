@@ -66,7 +66,7 @@ impl OwnedIndex {
         index.expect("a built index is valid beside its mesh")
     }
 
-    /// The image.
+    /// The bytes of the index.
     pub fn as_bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.blocks)[..self.bytes]
     }

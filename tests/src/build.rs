@@ -40,19 +40,19 @@ impl Built {
         Ok(Self { kind, blocks, length })
     }
 
-    /// Copies bytes to where an image may start.
+    /// Copies bytes to where index bytes may start.
     pub fn copied(kind: IndexKind, bytes: &[u8]) -> Self {
         let mut blocks = vec![Block::ZERO; Block::count(bytes.len())];
         Block::bytes(&mut blocks)[..bytes.len()].copy_from_slice(bytes);
         Self { kind, blocks, length: bytes.len() }
     }
 
-    /// The image.
+    /// The bytes of the index.
     pub fn bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.blocks)[..self.length]
     }
 
-    /// The image, to be damaged.
+    /// The bytes of the index, to be damaged.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut Block::bytes(&mut self.blocks)[..self.length]
     }

@@ -71,9 +71,9 @@ pub fn index_equals_linear(
 pub fn is_the_same(beside: &AnyIndex<'_>, own: &AnyIndex<'_>, rays: &[Ray], expected: &[Vec<Hit>]) {
     let name = own.kind().name();
     assert_eq!(beside.check(), own.check(), "{name}");
-    let (image, own_image) = (beside.sections(), own.sections());
-    assert_eq!(image.words(), own_image.words(), "{name}");
-    assert_eq!(image.nodes(), own_image.nodes(), "{name}");
+    let (sections, own_sections) = (beside.sections(), own.sections());
+    assert_eq!(sections.words(), own_sections.words(), "{name}");
+    assert_eq!(sections.nodes(), own_sections.nodes(), "{name}");
     for (ray, expected) in rays.iter().zip(expected) {
         answers_equal(beside, ray, expected);
         assert_eq!(counts(beside, ray), counts(own, ray), "{name} {ray:?}");
@@ -103,7 +103,7 @@ pub fn bits(hit: &Hit) -> [u32; 4] {
 /// # Panics
 /// Where an answer differs by a bit.
 pub fn answers_equal(index: &dyn RayIndex, ray: &Ray, expected: &[Hit]) {
-    let about = || format!("image of {} bytes, {ray:?}", index.as_bytes().len());
+    let about = || format!("index of {} bytes, {ray:?}", index.as_bytes().len());
     let closest = index.closest_hit(ray);
     assert_eq!(closest.as_ref().map(bits), expected.first().map(bits), "closest: {}", about());
     assert_eq!(index.occluded(ray), !expected.is_empty(), "occluded: {}", about());

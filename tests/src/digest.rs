@@ -23,14 +23,14 @@ impl Digest {
         }
     }
 
-    /// Adds an image. All its fields are 32 bits wide, so it is read as such: machines of either byte
+    /// Adds the bytes of an index. All fields are 32 bits wide, so they are read as such: machines of either byte
     /// order agree.
     ///
     /// # Panics
     /// If the length is not a multiple of 4.
-    pub fn image(&mut self, bytes: &[u8]) {
+    pub fn index_bytes(&mut self, bytes: &[u8]) {
         let (words, rest) = bytes.as_chunks::<4>();
-        assert!(rest.is_empty(), "an image is made of 32-bit fields");
+        assert!(rest.is_empty(), "an index is made of 32-bit fields");
         for word in words {
             self.word(u32::from_ne_bytes(*word));
         }

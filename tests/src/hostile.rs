@@ -1,7 +1,7 @@
 //! Bytes that nobody built.
 //!
 //! `from_bytes` may refuse them. If it does not, every query must end, stay inside, and do no more
-//! work than there are words in the image.
+//! work than there are words in the bytes.
 
 use arboleda::{
     AnyIndex, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray, RayIndex, Triangle, Vec3,
@@ -10,11 +10,11 @@ use arboleda::{
 use crate::build::Built;
 use crate::{parallel, rays, scenes};
 
-/// Reads bytes as an image of every kind and asks what is accepted about some rays. Returns how many
+/// Reads bytes as an index of every kind and asks what is accepted about some rays. Returns how many
 /// kinds accepted them.
 ///
 /// # Panics
-/// If something panics or does more work than the length of the image allows.
+/// If something panics or does more work than the length of the bytes allows.
 pub fn is_harmless(bytes: &Built, rays: &[Ray]) -> usize {
     is_harmless_beside(bytes, None, rays)
 }
@@ -57,23 +57,23 @@ pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -
 ///
 /// # Panics
 /// Where they are not.
-pub fn every_truncation_is_refused(image: &Built, read: impl Fn(&[u8]) -> Option<OpenError>) {
-    let bytes = image.bytes();
+pub fn every_truncation_is_refused(built: &Built, read: impl Fn(&[u8]) -> Option<OpenError>) {
+    let bytes = built.bytes();
     for length in 0..bytes.len() {
-        let cut = Built::copied(image.kind(), &bytes[..length]);
+        let cut = Built::copied(built.kind(), &bytes[..length]);
         let error = read(cut.bytes());
         assert_eq!(error, Some(OpenError::Truncated), "{length} of {} bytes", bytes.len());
     }
 }
 
-/// An image with any one bit changed does no harm; `accepted` asks, and returns how often it was accepted.
+/// Index bytes with any one bit changed does no harm; `accepted` asks, and returns how often it was accepted.
 ///
 /// # Panics
 /// Where it does, and if all of them or none was accepted: a coordinate may be any other, a header may not.
-pub fn every_flipped_bit_is_harmless(image: &Built, accepted: impl Fn(&Built) -> usize + Sync) {
-    let bits = image.bytes().len() * 8;
+pub fn every_flipped_bit_is_harmless(built: &Built, accepted: impl Fn(&Built) -> usize + Sync) {
+    let bits = built.bytes().len() * 8;
     let accepted = parallel::map(bits.div_ceil(64), |job| {
-        let mut damaged = Built::copied(image.kind(), image.bytes());
+        let mut damaged = Built::copied(built.kind(), built.bytes());
         let mut sum = 0;
         for bit in (job * 64..bits).take(64) {
             damaged.bytes_mut()[bit / 8] ^= 1 << (bit % 8);
@@ -83,17 +83,17 @@ pub fn every_flipped_bit_is_harmless(image: &Built, accepted: impl Fn(&Built) ->
         sum
     });
     let accepted: usize = accepted.iter().sum();
-    assert!(accepted > 0 && accepted < bits, "{} {accepted} of {bits}", image.kind().name());
+    assert!(accepted > 0 && accepted < bits, "{} {accepted} of {bits}", built.kind().name());
 }
 
-/// For small images, with several clusters where the kind has any.
+/// For small indices, with several clusters where the kind has any.
 pub fn two_lattices() -> Vec<Triangle> {
     let near = scenes::lattice(14, 2, 3);
     let far = scenes::moved(&scenes::lattice(10, 2, 4), 1.0, Vec3::splat(300.0));
     [near, far].concat()
 }
 
-/// Few, since each is asked of every damaged image.
+/// Few, since each is asked of every damaged index.
 pub fn some_rays(triangles: &[Triangle]) -> Vec<Ray> {
     rays::around(triangles, 6, 1)
 }
@@ -104,16 +104,16 @@ fn assert_bounded(kind: IndexKind, counters: &Counters, most: u64) {
     assert!(counters.triangle_tests <= most, "{name}: {counters:?} in {most} words");
 }
 
-/// An image put together by hand: `words` as the local index of one cluster over the whole scene of a
-/// valid image.
+/// Index bytes put together by hand: `words` as the local index of one cluster over the whole scene of a
+/// valid index.
 ///
 /// # Panics
-/// If `valid` is not an image of one cluster.
+/// If `valid` does not have one cluster.
 pub fn with_words(valid: &Built, words: &[u32]) -> Built {
     forged(valid, &valid.index(), words)
 }
 
-/// As [`with_words`], of an image beside a mesh.
+/// As [`with_words`], of an index beside a mesh.
 ///
 /// # Panics
 /// As there.
@@ -122,11 +122,11 @@ pub fn with_words_beside(valid: &Built, mesh: Mesh<'_>, words: &[u32]) -> Built 
 }
 
 fn forged(valid: &Built, index: &AnyIndex<'_>, words: &[u32]) -> Built {
-    let image = index.sections();
-    assert_eq!(image.cluster_count(), 1, "the forger knows one cluster only");
-    let word_count = image.local_words(&image.nodes()[0]).len();
+    let sections = index.sections();
+    assert_eq!(sections.cluster_count(), 1, "the forger knows one cluster only");
+    let word_count = sections.local_words(&sections.nodes()[0]).len();
     let words_start = valid.bytes().len() - 4 * word_count;
-    let node_start = offset_in(valid.bytes(), image.nodes());
+    let node_start = offset_in(valid.bytes(), sections.nodes());
     let mut bytes = valid.bytes()[..words_start].to_vec();
     // The header counts words in its seventh field; a leaf's second link counts its own.
     let length = (words.len() as u32).to_ne_bytes();
@@ -136,12 +136,12 @@ fn forged(valid: &Built, index: &AnyIndex<'_>, words: &[u32]) -> Built {
     Built::copied(valid.kind(), &bytes)
 }
 
-/// Where a part of an image begins.
+/// Where a part of the index bytes begins.
 pub fn offset_in<T>(bytes: &[u8], part: &[T]) -> usize {
     part.as_ptr().addr() - bytes.as_ptr().addr()
 }
 
-/// Options under which images are small and still have all parts.
+/// Options under which indices are small and still have all parts.
 pub fn small_options() -> Options {
     Options { leaf_capacity: 2, ..Options::default() }
 }

@@ -1,8 +1,8 @@
 //! The same bytes and the same answers everywhere.
 //!
-//! A fixed scene is built as every kind of index, and the images and the answers are digested. The
+//! A fixed scene is built as every kind of index, and their bytes and the answers are digested. The
 //! golden values below were computed on x86_64; another target, another optimisation level or another
-//! instruction set must reproduce them. Images change when an index's format or its build does; answers
+//! instruction set must reproduce them. The bytes change when an index's format or its build does; answers
 //! never, and they are the same for every kind.
 
 use arboleda::kinds::{CompactBvh, LeanBvh, Representation, WideBvh};
@@ -17,8 +17,8 @@ use arboleda_tests::{rays, scenes};
 /// Of the answers of every kind.
 const ANSWERS: u64 = 0x26c5_5cfd_5d28_b3f9;
 
-/// Of the image of each kind, by name.
-const IMAGES: &[(&str, u64)] = &[
+/// Digest of the bytes of each kind, by name.
+const INDEX_BYTES: &[(&str, u64)] = &[
     ("linear", 0xfff0_5021_2d98_9325),
     ("octree", 0xace1_5e14_79ff_d65d),
     ("octree-hierarchy", 0xc056_f736_1202_2515),
@@ -61,15 +61,15 @@ fn images_are_the_golden_ones() {
     for &kind in IndexKind::ALL {
         let built = Built::new(kind, &Scene::new(&triangles), &Options::default());
         let mut digest = Digest::default();
-        digest.image(built.expect("an ordinary scene").bytes());
-        let golden = IMAGES.iter().find(|(name, _)| *name == kind.name());
+        digest.index_bytes(built.expect("an ordinary scene").bytes());
+        let golden = INDEX_BYTES.iter().find(|(name, _)| *name == kind.name());
         if golden.map(|golden| golden.1) != Some(digest.0) {
             wrong.push(format!("    (\"{}\", {:#018x}),", kind.name(), digest.0));
         }
     }
     assert!(
         wrong.is_empty(),
-        "images changed or are new; if that was meant, the lines are\n{}",
+        "index bytes changed or are new; if that was meant, the lines are\n{}",
         wrong.join("\n")
     );
 }

@@ -1,4 +1,4 @@
-//! Indices beside a mesh that the caller keeps: which meshes are taken, how much memory they need, and images
+//! Indices beside a mesh that the caller keeps: which meshes are taken, how much memory they need, and bytes
 //! that nobody built.
 //!
 //! That they give the answers of all others, on all scenes of the other tests, is in
@@ -185,8 +185,8 @@ fn misaligned_memory_is_an_error_beside_a_mesh() {
     }
 }
 
-/// Small images of every kind that can be, beside one mesh.
-fn images(mesh: Mesh<'_>, options: &Options) -> Vec<Built> {
+/// Small indices of every kind that can be, beside one mesh.
+fn small_indices(mesh: Mesh<'_>, options: &Options) -> Vec<Built> {
     let built = kinds().map(|kind| Built::new(kind, &Scene::of(mesh).beside(), options));
     built.map(|built| built.expect("an ordinary scene")).collect()
 }
@@ -197,11 +197,11 @@ fn every_truncation_and_every_flipped_bit_is_harmless_beside_a_mesh() {
     let (vertices, corners) = welded(&triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
     let rays = some_rays(&triangles);
-    for image in images(mesh, &small_options()) {
-        hostile::every_truncation_is_refused(&image, |cut| {
-            image.kind().from_bytes_beside(cut, mesh).err()
+    for built in small_indices(mesh, &small_options()) {
+        hostile::every_truncation_is_refused(&built, |cut| {
+            built.kind().from_bytes_beside(cut, mesh).err()
         });
-        hostile::every_flipped_bit_is_harmless(&image, |damaged| {
+        hostile::every_flipped_bit_is_harmless(&built, |damaged| {
             is_harmless_beside(damaged, Some(mesh), &rays)
                 + is_harmless_beside(damaged, None, &rays)
         });
@@ -214,7 +214,7 @@ fn random_words_beside_a_mesh_are_harmless() {
     let mesh = Mesh::Triangles(&triangles);
     let rays = some_rays(&triangles);
     let one_cluster = Options { proximity: 1e6, size_classes: 1, ..Options::default() };
-    for valid in images(mesh, &one_cluster) {
+    for valid in small_indices(mesh, &one_cluster) {
         let mut random = Random::new(9);
         for _ in 0..if DEBUG { 2_000 } else { 20_000 } {
             let mut words: Vec<u32> = (0..random.below(60))
@@ -260,7 +260,7 @@ fn forged_lean_bvhs_are_refused() {
     refused("a root that is the head", &[0, largest, 0, 1, 2]);
     refused("a root that is no node", &[2, largest, 0, 1, 2]);
     refused("too few triangles", &[leaf(2, 2), largest, 0, 1]);
-    refused("a leaf that is longer than the image", &[leaf(2, 4), largest, 0, 1, 2]);
+    refused("a leaf that is longer than the index", &[leaf(2, 4), largest, 0, 1, 2]);
     refused("a leaf that begins later", &[leaf(3, 2), largest, 0, 1, 2]);
     refused("a triangle that does not exist", &[leaf(2, 3), largest, 0, 1, 3]);
     refused("words left over", &[leaf(2, 3), largest, 0, 1, 2, 0]);
@@ -278,7 +278,7 @@ fn forged_lean_bvhs_are_refused() {
 }
 
 #[test]
-fn a_copied_image_may_be_read_beside_any_form_of_its_mesh() {
+fn a_copied_index_may_be_read_beside_any_form_of_its_mesh() {
     let triangles = scenes::icosphere(2);
     let (vertices, corners) = welded(&triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };

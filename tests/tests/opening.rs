@@ -47,7 +47,7 @@ fn any_index_opens_every_kind() {
     let mesh = Mesh::Triangles(&triangles);
     for &kind in IndexKind::ALL {
         let alone = Built::new(kind, &Scene::of(mesh), &Options::DEFAULT).expect("it fits");
-        let index = AnyIndex::from_bytes(alone.bytes()).expect("it is an image");
+        let index = AnyIndex::from_bytes(alone.bytes()).expect("it is an index");
         assert_eq!(index.kind(), kind);
         assert_eq!(index.closest_hit(&ray()), alone.index().closest_hit(&ray()));
         let error = AnyIndex::from_bytes_beside(alone.bytes(), mesh).err();
@@ -56,7 +56,7 @@ fn any_index_opens_every_kind() {
         if !kind.holds_triangles() {
             let scene = Scene::of(mesh).beside();
             let beside = Built::new(kind, &scene, &Options::DEFAULT).expect("it fits");
-            let index = AnyIndex::from_bytes_beside(beside.bytes(), mesh).expect("it is an image");
+            let index = AnyIndex::from_bytes_beside(beside.bytes(), mesh).expect("it is an index");
             assert_eq!(index.kind(), kind);
             let error = AnyIndex::from_bytes(beside.bytes()).err();
             assert_eq!(error, Some(OpenError::MeshMissing), "{}", kind.name());
@@ -97,7 +97,7 @@ fn a_stored_index_is_opened_again_and_again() {
             .expect("it fits");
     assert_eq!(stored.index().closest_hit(&ray()), expected);
     let blocks: &[Block] = stored.into_storage();
-    let opened = Stored::<_, Clustered<Octree>>::open(blocks).expect("it is an image");
+    let opened = Stored::<_, Clustered<Octree>>::open(blocks).expect("it is an index");
     assert_eq!(opened.index().closest_hit(&ray()), expected);
 
     // 3. What is refused: other kinds, other blocks, an index that needs a mesh.

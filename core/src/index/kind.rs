@@ -54,8 +54,8 @@ impl IndexKind {
         }
     }
 
-    /// Bounds the scratch bytes that a build for `triangle_count` triangles needs, as [`Index::scratch_capacity`] does, and
-    /// also in a constant. The bound is proven.
+    /// Bounds the scratch bytes that a build for `triangle_count` triangles needs, as
+    /// [`Index::scratch_capacity`](crate::Index::scratch_capacity) does, and also in a constant. The bound is proven.
     ///
     /// # Examples
     /// ```

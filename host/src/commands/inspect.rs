@@ -133,8 +133,8 @@ pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> a
             duration(owned.build_seconds()),
         ]);
         if kind == IndexKind::OctreeHierarchy {
-            let image = index.sections();
-            say!("cluster tree: {} nodes, depth {}", image.nodes().len(), depth(image));
+            let sections = index.sections();
+            say!("cluster tree: {} nodes, depth {}", sections.nodes().len(), depth(sections));
         }
     }
     say!("{sizes}");
@@ -170,8 +170,8 @@ fn cluster_table(model: &Model, clusters: &Clusters<'_>) -> comfy_table::Table {
 }
 
 /// The length of the longest way from the root to a leaf.
-fn depth(image: &Sections<'_>) -> u32 {
-    let nodes = image.nodes();
+fn depth(sections: &Sections<'_>) -> u32 {
+    let nodes = sections.nodes();
     let mut depths = vec![0_u32; nodes.len()];
     for at in (0..nodes.len().saturating_sub(1)).rev() {
         depths[at] = depths[nodes[at].parent.0 as usize] + 1;

@@ -10,7 +10,7 @@
 use crate::index::IndexKind;
 use crate::input::{Float64, Scene};
 
-/// Cost of building an index, in the unit of [`Weights`](super::Weights).
+/// Cost of building an index, in the unit of [`Weights`](crate::custom::Weights).
 #[derive(Clone, Copy)]
 pub(super) struct BuildCost {
     /// Nanoseconds a step.

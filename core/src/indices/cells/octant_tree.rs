@@ -63,7 +63,7 @@ const fn levels_at_most(options: &Options) -> usize {
     (if level < MAX_LEVEL { level } else { MAX_LEVEL }) as usize
 }
 
-/// Bounds the scratch; see [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
+/// Bounds the scratch; see [`LocalIndex::scratch_bytes`].
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     Lists::scratch_bytes(triangle_count, levels_at_most(options))
 }

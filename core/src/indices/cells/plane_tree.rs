@@ -81,7 +81,7 @@ const fn depth_at_most(triangle_count: usize, options: &Options) -> u32 {
     }
 }
 
-/// Bounds the scratch; see [`LocalIndex::scratch_bytes`](crate::structure::LocalIndex::scratch_bytes).
+/// Bounds the scratch; see [`LocalIndex::scratch_bytes`].
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     Lists::scratch_bytes(triangle_count, depth_at_most(triangle_count, options) as usize)
 }

@@ -2,7 +2,7 @@
 //!
 //! Everything is made of integers and exactly representable fractions, so all targets start from the
 //! same bits; the digests say whether they also end with the same bits. Hits and counters must be the
-//! same everywhere, and hits the same for every index. Images are the same on machines of one byte order.
+//! same everywhere, and hits the same for every index. Index bytes are the same on machines of one byte order.
 #![no_std]
 
 pub mod cost;
@@ -60,7 +60,7 @@ fn memory() -> Option<&'static mut Memory> {
 /// Writes one line for each index; to be called once.
 ///
 /// # Errors
-/// If the output, a build or an image fails.
+/// If the output, a build or an index fails.
 pub fn run(out: &mut dyn Write) -> fmt::Result {
     run_each(IndexKind::ALL, out)
 }
@@ -96,17 +96,17 @@ struct Line {
     name: &'static str,
     hits: Digest,
     counters: Digest,
-    image: Digest,
+    index_bytes: Digest,
     bytes: usize,
     hit_count: u32,
 }
 
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, hits, counters, image, bytes, hit_count } = self;
-        let (hits, counters, image) = (hits.0, counters.0, image.0);
+        let Self { name, hits, counters, index_bytes, bytes, hit_count } = self;
+        let (hits, counters, index_bytes) = (hits.0, counters.0, index_bytes.0);
         write!(f, "{name} {hit_count} of {RAYS} rays hit, {bytes} bytes, ")?;
-        write!(f, "hits={hits:016x} counters={counters:016x} image={image:016x}")
+        write!(f, "hits={hits:016x} counters={counters:016x} index={index_bytes:016x}")
     }
 }
 
@@ -117,21 +117,21 @@ fn line(
     arena: &mut [u8],
     scratch: &mut [u8],
 ) -> Result<Line, &'static str> {
-    // Built in exactly what it needs, and queried as an image.
+    // Built in exactly what it needs, and queried from its bytes.
     let capacity = kind.capacity(scene, options, scratch).map_err(|_| "capacity failed")?;
     let arena = arena.get_mut(..capacity.index).ok_or("BLOCKS is too low")?;
     kind.build(scene, options, arena, scratch).map_err(|_| "build failed")?;
-    let index = kind.from_bytes(arena).map_err(|_| "its image was refused")?;
+    let index = kind.from_bytes(arena).map_err(|_| "its bytes were refused")?;
 
     let mut line = Line {
         name: kind.name(),
         hits: Digest::EMPTY,
         counters: Digest::EMPTY,
-        image: Digest::EMPTY,
+        index_bytes: Digest::EMPTY,
         bytes: index.as_bytes().len(),
         hit_count: 0,
     };
-    line.image.bytes(index.as_bytes());
+    line.index_bytes.bytes(index.as_bytes());
     let mut numbers = Numbers(1);
     for number in 0..RAYS {
         if let Ok(ray) = ray(number, &mut numbers) {

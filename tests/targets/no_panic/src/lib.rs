@@ -128,16 +128,16 @@ fn kind(number: usize) -> Option<IndexKind> {
     IndexKind::ALL.get(number).copied()
 }
 
-/// Reads an image of a kind, beside a mesh if there is one.
+/// Opens the bytes of an index of a kind, beside a mesh if there is one.
 fn read<'a>(
     number: usize,
-    image: &'a [u8],
+    index_bytes: &'a [u8],
     mesh: Option<Mesh<'a>>,
 ) -> Option<Result<AnyIndex<'a>, OpenError>> {
     let kind = kind(number)?;
     Some(match mesh {
-        Some(mesh) => kind.from_bytes_beside(image, mesh),
-        None => kind.from_bytes(image),
+        Some(mesh) => kind.from_bytes_beside(index_bytes, mesh),
+        None => kind.from_bytes(index_bytes),
     })
 }
 
@@ -217,43 +217,43 @@ pub unsafe extern "C" fn prove_clusters(input: Build) -> usize {
     needed + clusters.count() + (classes ^ clusters.class_count()) as usize
 }
 
-/// Validates an image and counts what is in it.
+/// Validates the bytes of an index and counts what is in it.
 ///
 /// # Safety
 /// As [`Slice::get`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn prove_image(number: usize, image: Slice<u8>, mesh: MeshParts) -> u64 {
+pub unsafe extern "C" fn prove_index_bytes(number: usize, index_bytes: Slice<u8>, mesh: MeshParts) -> u64 {
     // SAFETY: the caller's promise.
-    let (bytes, mesh) = unsafe { (image.get(), mesh.get()) };
+    let (bytes, mesh) = unsafe { (index_bytes.get(), mesh.get()) };
     let index = match read(number, bytes, mesh) {
         Some(Ok(index)) => index,
         Some(Err(error)) => return message(error) as u64,
         None => return 0,
     };
-    let image = index.sections();
-    let nodes = image.nodes().iter().map(|leaf| image.local_words(leaf).len() as u64);
+    let sections = index.sections();
+    let nodes = sections.nodes().iter().map(|leaf| sections.local_words(leaf).len() as u64);
     let statistics = index.check().unwrap_or_default();
     nodes.sum::<u64>()
-        + u64::from(image.cluster_count())
+        + u64::from(sections.cluster_count())
         + u64::from(index.kind().is_clustered())
         + index.kind().name().len() as u64
-        + u64::from(image.triangle_count())
+        + u64::from(sections.triangle_count())
         + statistics.joined(statistics).references
 }
 
-/// Opens an image of any kind by its header, and a stored one.
+/// Opens the bytes of any kind of index by its header, and a stored one.
 ///
 /// # Safety
 /// Every slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_open(
-    image: Slice<u8>,
+    index_bytes: Slice<u8>,
     mesh: MeshParts,
     blocks: Slice<Block>,
     ray: RayNumbers,
 ) -> usize {
     // SAFETY: the caller's promise.
-    let (bytes, mesh, blocks) = unsafe { (image.get(), mesh.get(), blocks.get()) };
+    let (bytes, mesh, blocks) = unsafe { (index_bytes.get(), mesh.get(), blocks.get()) };
     let opened = match mesh {
         Some(mesh) => AnyIndex::from_bytes_beside(bytes, mesh),
         None => AnyIndex::from_bytes(bytes),
@@ -270,14 +270,14 @@ pub unsafe extern "C" fn prove_open(
     number + usize::from(stored.index().occluded(&ray)) + stored.into_storage().len()
 }
 
-/// Asks everything about one ray, of an image as it comes from outside. Writes the closest hit.
+/// Asks everything about one ray, of index bytes as they come from outside. Writes the closest hit.
 ///
 /// # Safety
 /// As [`Slice::get`], for every slice; `closest` and `counters` can be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_queries(
     number: usize,
-    image: Slice<u8>,
+    index_bytes: Slice<u8>,
     mesh: MeshParts,
     ray: RayNumbers,
     hits: Slice<Hit>,
@@ -285,8 +285,8 @@ pub unsafe extern "C" fn prove_queries(
     counters: &mut Counters,
 ) -> usize {
     // SAFETY: the caller's promise.
-    let (image, mesh, hits) = unsafe { (image.get(), mesh.get(), hits.get()) };
-    let (Some(Ok(index)), Ok(ray)) = (read(number, image, mesh), ray.ray()) else {
+    let (index_bytes, mesh, hits) = unsafe { (index_bytes.get(), mesh.get(), hits.get()) };
+    let (Some(Ok(index)), Ok(ray)) = (read(number, index_bytes, mesh), ray.ray()) else {
         return 0;
     };
     let plain = index.closest_hit(&ray);
@@ -297,23 +297,23 @@ pub unsafe extern "C" fn prove_queries(
     hits.len() + usize::from(occluded) + usize::from(truncated)
 }
 
-/// Asks about many rays of an image as it comes from outside.
+/// Asks about many rays of index bytes as they come from outside.
 ///
 /// # Safety
 /// As [`Slice::get`], for every slice.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_many(
     number: usize,
-    image: Slice<u8>,
+    index_bytes: Slice<u8>,
     mesh: MeshParts,
     rays: Slice<Ray>,
     hits: Slice<Hit>,
     occluded: Slice<bool>,
 ) -> usize {
     // SAFETY: the caller's promise.
-    let (image, mesh, rays, hits, occluded) =
-        unsafe { (image.get(), mesh.get(), rays.get(), hits.get(), occluded.get()) };
-    let Some(Ok(index)) = read(number, image, mesh) else {
+    let (index_bytes, mesh, rays, hits, occluded) =
+        unsafe { (index_bytes.get(), mesh.get(), rays.get(), hits.get(), occluded.get()) };
+    let Some(Ok(index)) = read(number, index_bytes, mesh) else {
         return 0;
     };
     index.closest_hits(rays, hits);

@@ -1,4 +1,4 @@
-//! Images that nobody built: cut short, damaged, or forged.
+//! Bytes of indices that no build wrote: cut short, damaged, or forged.
 //!
 //! `from_bytes` must not panic, and what it accepts must be safe to query. See
 //! `arboleda_tests::hostile` for what "safe" means.
@@ -13,8 +13,8 @@ use arboleda_tests::{parallel, scenes};
 
 const DEBUG: bool = cfg!(debug_assertions);
 
-/// A small image of every kind.
-fn images() -> Vec<Built> {
+/// A small index of every kind.
+fn small_indices() -> Vec<Built> {
     let triangles = two_lattices();
     let built = IndexKind::ALL.iter().map(|&kind| {
         Built::new(kind, &Scene::new(&triangles), &small_options()).expect("an ordinary scene")
@@ -24,11 +24,11 @@ fn images() -> Vec<Built> {
 
 #[test]
 fn every_truncation_is_refused() {
-    for image in images() {
-        let bytes = image.bytes();
-        hostile::every_truncation_is_refused(&image, |cut| image.kind().from_bytes(cut).err());
-        // What comes after an image is not part of it.
-        let longer = Built::copied(image.kind(), &[bytes, &[0xff; 100]].concat());
+    for built in small_indices() {
+        let bytes = built.bytes();
+        hostile::every_truncation_is_refused(&built, |cut| built.kind().from_bytes(cut).err());
+        // What comes after the bytes of an index is not part of it.
+        let longer = Built::copied(built.kind(), &[bytes, &[0xff; 100]].concat());
         let index = longer.index();
         assert_eq!(arboleda::RayIndex::as_bytes(&index), bytes);
     }
@@ -36,9 +36,9 @@ fn every_truncation_is_refused() {
 
 #[test]
 fn every_flipped_bit_is_harmless() {
-    for image in images() {
+    for built in small_indices() {
         let rays = some_rays(&two_lattices());
-        hostile::every_flipped_bit_is_harmless(&image, |damaged| is_harmless(damaged, &rays));
+        hostile::every_flipped_bit_is_harmless(&built, |damaged| is_harmless(damaged, &rays));
     }
 }
 
@@ -46,19 +46,19 @@ fn every_flipped_bit_is_harmless() {
 #[test]
 fn replaced_words_are_harmless() {
     let rounds = if DEBUG { 2_000 } else { 40_000 };
-    for image in images() {
+    for built in small_indices() {
         let rays = some_rays(&two_lattices());
-        let word_count = image.bytes().len() / 4;
+        let word_count = built.bytes().len() / 4;
         parallel::map(rounds / 1_000, |job| {
             let mut random = Random::new(job as u64);
             for _ in 0..1_000 {
-                let mut damaged = Built::copied(image.kind(), image.bytes());
+                let mut damaged = Built::copied(built.kind(), built.bytes());
                 for _ in 0..random.whole(1, 4) {
                     // Spare the magic number and the version, else little else would be reached.
                     let to = 4 * (3 + random.below(word_count - 3));
                     let from = 4 * random.below(word_count);
                     let mut word = [0; 4];
-                    word.copy_from_slice(&image.bytes()[from..from + 4]);
+                    word.copy_from_slice(&built.bytes()[from..from + 4]);
                     let near =
                         i32::from_ne_bytes(word).wrapping_add(random.whole(-2, 2)).to_ne_bytes();
                     let small = random.below(40).to_ne_bytes();
@@ -94,7 +94,7 @@ fn random_words_below_a_valid_header_are_harmless() {
             let words: Vec<u32> = (0..length).map(|_| word(&mut random)).collect();
             accepted += is_harmless(&with_words(&valid, &words), &rays);
         }
-        println!("{}: {accepted} random images accepted", kind.name());
+        println!("{}: {accepted} random indices accepted", kind.name());
     }
 }
 
@@ -124,7 +124,7 @@ fn forged_octrees_are_refused() {
     refused("a node without children", &[1, 0]);
     refused("nine children", &[1, 0x1ff, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
     refused("a leaf without triangles", &[LEAF | 1, 0]);
-    refused("a leaf that is longer than the image", &[LEAF | 1, 3, 0, 1]);
+    refused("a leaf that is longer than the index", &[LEAF | 1, 3, 0, 1]);
     refused("the longest leaf", &[LEAF | 1, u32::MAX, 0]);
     refused("a triangle that does not exist", &[LEAF | 1, 1, 9]);
     refused("words left over", &[LEAF | 1, 1, 0, 0]);
@@ -290,16 +290,16 @@ fn misaligned_memory_is_an_error() {
 }
 
 #[test]
-fn an_image_of_another_kind_order_or_version_is_told_apart() {
-    for image in images() {
-        for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != image.kind()) {
-            let error = kind.from_bytes(image.bytes()).err();
+fn an_index_of_another_kind_order_or_version_is_told_apart() {
+    for built in small_indices() {
+        for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != built.kind()) {
+            let error = kind.from_bytes(built.bytes()).err();
             assert!(matches!(error, Some(OpenError::OtherKind { .. })), "{error:?}");
         }
         let damaged = |change: fn(&mut [u8])| {
-            let mut copy = Built::copied(image.kind(), image.bytes());
+            let mut copy = Built::copied(built.kind(), built.bytes());
             change(copy.bytes_mut());
-            image.kind().from_bytes(copy.bytes()).err()
+            built.kind().from_bytes(copy.bytes()).err()
         };
         assert_eq!(damaged(|bytes| bytes[0] ^= 1), Some(OpenError::NotAnIndex));
         let swapped = damaged(|bytes| {
@@ -311,9 +311,9 @@ fn an_image_of_another_kind_order_or_version_is_told_apart() {
         assert_eq!(version, Some(OpenError::OtherVersion { found: 77 }));
         // Counts that would make the sections end beyond any memory.
         for field in 4..7 {
-            let mut copy = Built::copied(image.kind(), image.bytes());
+            let mut copy = Built::copied(built.kind(), built.bytes());
             copy.bytes_mut()[4 * field..4 * field + 4].fill(0xff);
-            assert!(image.kind().from_bytes(copy.bytes()).is_err());
+            assert!(built.kind().from_bytes(copy.bytes()).is_err());
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Bytes that nobody built.
 //!
-//! Workload: a small valid image of any kind, with its triangles or beside them, some of whose bytes or
+//! Workload: a small valid index of any kind, with its triangles or beside them, some of whose bytes or
 //! words are replaced, or whose local index is replaced altogether. (Raw bytes alone would seldom get past
 //! the header.)
 //! Constraints: none on the bytes; whatever `from_bytes` accepts must be safe to query, with no more
-//! work than the image is long.
+//! work than the index is long.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -20,7 +20,7 @@ use libfuzzer_sys::fuzz_target;
 struct Damage {
     kind: u8,
     is_beside: bool,
-    /// Replaces the local index of an image of one cluster.
+    /// Replaces the local index of an index of one cluster.
     words: Option<Vec<u16>>,
     /// Word and value; the highest bit of the value becomes that of the word.
     replaced: Vec<(u16, u16)>,
@@ -50,7 +50,7 @@ fuzz_target!(|damage: Damage| {
     let scene = Scene::new(&TRIANGLES);
     let scene = if mesh.is_some() { scene.beside() } else { scene };
     let valid = Built::new(kind, &scene, &options).expect("an ordinary scene");
-    let mut image = match &damage.words {
+    let mut built = match &damage.words {
         Some(words) => {
             let words: Vec<u32> = words.iter().copied().map(widened).collect();
             match mesh {
@@ -60,16 +60,16 @@ fuzz_target!(|damage: Damage| {
         }
         None => valid,
     };
-    let length = image.bytes().len();
+    let length = built.bytes().len();
     for &(place, value) in &damage.replaced {
         let at = usize::from(place) % (length / 4) * 4;
-        image.bytes_mut()[at..at + 4].copy_from_slice(&widened(value).to_ne_bytes());
+        built.bytes_mut()[at..at + 4].copy_from_slice(&widened(value).to_ne_bytes());
     }
     for &(place, value) in &damage.bytes {
-        image.bytes_mut()[usize::from(place) % length] = value;
+        built.bytes_mut()[usize::from(place) % length] = value;
     }
     if let Some(cut) = damage.length {
-        image = Built::copied(kind, &image.bytes()[..usize::from(cut) % (length + 1)]);
+        built = Built::copied(kind, &built.bytes()[..usize::from(cut) % (length + 1)]);
     }
-    is_harmless_beside(&image, mesh, &RAYS);
+    is_harmless_beside(&built, mesh, &RAYS);
 });
