@@ -1,14 +1,14 @@
-//! What answering took, counted or not.
+//! Counters of a query's work.
 
-/// What answering took. The same for a given index on every machine.
+/// Work of queries: nodes and tests. The same for a given index on every machine and SIMD level.
 ///
 /// Layout: 16 bytes, in the order of the fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Counters {
-    /// Nodes whose box the ray entered, of the cluster tree and of the local indices.
+    /// Nodes entered, of the cluster tree and of the local indices.
     pub nodes_visited: u64,
-    /// Exact tests between the ray and a triangle.
+    /// Triangles tested.
     pub triangle_tests: u64,
 }
 
@@ -19,11 +19,11 @@ impl core::ops::AddAssign for Counters {
     }
 }
 
-/// Counts, or does not: `()` compiles to nothing.
+/// Counter of nodes and tests. `()` counts nothing, and compiles to nothing.
 pub trait Count {
-    /// A node was entered.
+    /// Counts a node that was entered.
     fn node(&mut self);
-    /// So many triangles were tested.
+    /// Counts `count` triangles that were tested.
     fn tests(&mut self, count: u32);
 }
 

@@ -58,7 +58,9 @@ pub struct AllHits<'h> {
     pub truncated: bool,
 }
 
-/// What an index asks while it walks.
+/// Query that is answered during a traversal.
+///
+/// An index [enters](Query::enter) nodes and [tests](Query::test) triangles, until a call returns `Break`.
 pub trait Query: sealed::Sealed {
     /// True for an any-hit query. Only these receive [`Query::surely_hit`].
     const ANY: bool = false;
@@ -69,8 +71,8 @@ pub trait Query: sealed::Sealed {
     fn ray(&self) -> &Ray;
     /// The `t` beyond which hits no longer matter. It never grows during a traversal.
     fn last_t(&self) -> f32;
-    /// A bound on the exact parameters that may still be rounded to [`Query::last_t`]. A node may be skipped only if it begins
-    /// beyond.
+    /// A bound on the exact parameters that may still be rounded to [`Query::last_t`]. A node may be skipped only if it
+    /// begins beyond.
     #[inline]
     fn last(&self) -> f64 {
         last_parameter(self.last_t())
@@ -82,13 +84,14 @@ pub trait Query: sealed::Sealed {
     fn surely_hit(&mut self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
-    /// Takes the hit of a triangle; `Break` once the answer is known. Taking one twice does no harm.
+    /// Accepts the exact hit of a triangle, within the ray's interval. Returns `Break` once the answer is known. Accepting a hit
+    /// twice does no harm.
     fn accept(&mut self, id: TriangleId, hit: Intersection) -> ControlFlow<()>;
 
-    /// Decides exactly whether a triangle is hit, where a filter cannot tell; `Break` once the answer is known.
+    /// Decides exactly whether a triangle is hit, from the verdict of a filter. Returns `Break` once the answer is known.
     fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()>;
 
-    /// As [`Query::judge`], without a filter.
+    /// Decides exactly whether a triangle is hit, without a filter's verdict; see [`Query::judge`].
     #[inline]
     fn decide(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         self.judge(id, triangle, Verdict::InDoubt)
@@ -142,14 +145,14 @@ impl<'r, C: Count> Closest<'r, C> {
         (!self.hit.is_none()).then_some(self.hit)
     }
 
-    /// The last `t` at which a hit of a triangle is wanted. One of a higher id must be hit before the hit that there
-    /// is.
+    /// The last `t` at which a hit of a triangle still counts. A triangle with a higher id has to be hit strictly before the
+    /// hit found so far.
     #[inline]
     fn last_t_of(&self, id: TriangleId) -> f32 {
         if id < self.hit.triangle { self.hit.t } else { self.hit.t.next_down() }
     }
 
-    // Functions of their own, as the next: a walk that asks them rarely does not share its registers with them.
+    // This function and the next are separate, so that a traversal that rarely calls them keeps its registers.
     #[cold]
     #[inline(never)]
     fn decide_apart(&mut self, id: TriangleId, triangle: &Triangle) {
@@ -159,7 +162,8 @@ impl<'r, C: Count> Closest<'r, C> {
     #[cold]
     #[inline(never)]
     fn decide_exactly(&mut self, id: TriangleId, triangle: &Triangle, volumes: &Volumes) {
-        // Around a corner most triangles are hit at the last `t`; half of them and more have a higher id.
+        // Around a corner, most triangles are hit at the last `t`, and half of them or more have a higher id. They are rejected
+        // without exact arithmetic.
         let (t, last) = (volumes.earliest_t(), self.hit.t);
         if t > last || t == last && id > self.hit.triangle {
             return;

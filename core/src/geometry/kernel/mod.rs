@@ -108,7 +108,7 @@ pub struct Meeting<'p> {
     t: f32,
 }
 
-/// The weights of a hit, not divided yet.
+/// Weights of a hit, before the division by `det`.
 struct Weights<'p> {
     pair: Pair<'p>,
     u: Approximate,
@@ -137,7 +137,7 @@ pub fn meet<'p>(
     Meeting::new(pair, &volumes, volumes.hit_sign()?, t_min, t_max)
 }
 
-/// Decides as [`meet`] where a weight may be 0; tests that need no exact arithmetic come first.
+/// Finds the hit as [`meet`] does, for a pair of which a weight may be 0. Tests that need no exact arithmetic come first.
 #[inline(always)]
 pub fn meet_exactly<'p>(
     ray: &'p Ray,
@@ -147,13 +147,13 @@ pub fn meet_exactly<'p>(
     t_max: f32,
 ) -> Option<Meeting<'p>> {
     let pair = Pair { ray, triangle };
-    // 1. A plane that is surely crossed outside the interval.
+    // 1. Reject a plane that is surely crossed outside the interval.
     let det = Divisor::new(volumes.det);
     let t = det.quotient(volumes.t);
     if t.is_outside(t_min, t_max) {
         return None;
     }
-    // 2. Opposite signs that are certain, or no area; from a far origin, as seen from closer by.
+    // 2. Reject certain signs that are opposite, and triangles without area. A far origin is replaced by a closer point.
     let nearer = if volumes.are_from_far() { volumes.from_nearer(&pair) } else { None };
     let volumes = nearer.as_ref().unwrap_or(volumes);
     let [u, v, w] = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);
@@ -164,7 +164,7 @@ pub fn meet_exactly<'p>(
     if det_sign == 0 && (pair.is_along_flat() || pair.has_equal_corners()) {
         return None;
     }
-    // 3. The signs that are left.
+    // 3. Decide the other signs: by a corner on the ray's line, else exactly.
     let corner = if det_sign == 0 { None } else { pair.corner_on_line() };
     let (u, v, det_sign) = match corner {
         _ if u != 0 && v != 0 && w != 0 => (u, v, u),
@@ -178,8 +178,8 @@ pub fn meet_exactly<'p>(
     Meeting::at(t, Weights { pair, u, v, det, det_sign }, t_min, t_max)
 }
 
-/// The signs of `det u`, `det v` and `det`, if the line meets the triangle. Where a weight's sign is given as 0, exact
-/// arithmetic finds it.
+/// Finds the signs of `det u`, `det v` and `det`; `None` if the line misses the triangle. A sign given as 0 is found by
+/// exact arithmetic.
 #[cold]
 #[inline(never)]
 fn exact_signs(pair: &Pair<'_>, u: i32, v: i32, w: i32) -> Option<(i32, i32, i32)> {
@@ -193,7 +193,7 @@ fn exact_signs(pair: &Pair<'_>, u: i32, v: i32, w: i32) -> Option<(i32, i32, i32
     if u * w < 0 || v * w < 0 {
         return None;
     }
-    // No two are opposite, so any that is not zero has the sign of their sum, det.
+    // No two signs are opposite, so any sign that is not 0 is that of their sum, det.
     let det = [u, v, w].into_iter().find(|&sign| sign != 0)?;
     Some((u, v, det))
 }
@@ -217,7 +217,7 @@ impl<'p> Meeting<'p> {
         Self::at(t, weights, t_min, t_max)
     }
 
-    /// As `new`, with bounds on `t` that are not outside the interval.
+    /// Makes the hit of bounds on `t` that are not outside the interval.
     #[inline]
     fn at(t: Bracket, weights: Weights<'p>, t_min: f32, t_max: f32) -> Option<Self> {
         let t = t.round(&weights.pair, Volume::T, weights.det_sign);

@@ -70,7 +70,7 @@ impl Volumes {
         Self::seen(pair, wide(pair.ray.origin()))
     }
 
-    /// As [`Volumes::new`], for a ray that begins at another point.
+    /// Computes the volumes for a ray that begins at another point.
     #[inline]
     fn seen(&Pair { ray, triangle }: &Pair<'_>, origin: V3) -> Self {
         const R: f64 = f64::EPSILON / 2.0;
@@ -104,8 +104,8 @@ impl Volumes {
         }
     }
 
-    /// The same with weights as seen from a point of the line close to the triangle, if the origin is far away and `f64`
-    /// holds such a point exactly.
+    /// Computes the weights again, as seen from a point of the line close to the triangle. `None` if `f64` does not hold such a
+    /// point exactly.
     ///
     /// The volumes of the weights do not depend on where on its line a ray begins, but their bounds grow with the
     /// distance. The product of two `f32` is exact, and so is a sum that gives back both of its parts. `t` stays that
@@ -127,12 +127,11 @@ impl Volumes {
         Some(Self { u, v, w, ..*self })
     }
 
-    /// Tells whether the origin is so far away, measured in edges of the triangle, that [`Volumes::from_nearer`] is
-    /// worth it.
+    /// Tells whether the origin is so far away, measured in edges of the triangle, that [`Volumes::from_nearer`] pays.
     #[inline]
     pub(super) fn are_from_far(&self) -> bool {
         const EDGES: f64 = 65_536.0; // 2^16
-        // Both errors are the same multiple, the one of the largest distance, the other of the longest edge.
+        // Both errors are the same multiple: that of u of the largest distance, that of det of the longest edge.
         self.u.error > EDGES * self.det.error
     }
 
@@ -143,13 +142,13 @@ impl Volumes {
         u.is_certain() && v.is_certain() && w.is_certain()
     }
 
-    /// A lower bound on `t`, rounded to the nearest `f32`; NaN where none is known.
+    /// A lower bound on `t`, rounded to the nearest `f32`; NaN if none is known.
     #[inline]
     pub(crate) fn earliest_t(&self) -> f32 {
         Divisor::new(self.det).quotient(self.t).low
     }
 
-    /// The sign of `det` if the line meets the closed triangle, where the weights are certain.
+    /// The sign of `det` if the line meets the closed triangle. The signs of the weights have to be certain.
     #[inline]
     pub(super) fn hit_sign(&self) -> Option<i32> {
         let Self { u, v, w, .. } = self;
@@ -204,7 +203,7 @@ impl Bracket {
         self.high < t_min || self.low > t_max
     }
 
-    /// The nearest `f32`, ties to even; never -0.0. The sign is that of the exact `det`.
+    /// Rounds to the nearest `f32`, ties to even, never -0.0. `det_sign` is the sign of the exact `det`.
     #[inline]
     pub fn round(&self, pair: &Pair<'_>, volume: Volume, det_sign: i32) -> f32 {
         let Self { low, high } = *self;

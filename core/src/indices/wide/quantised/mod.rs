@@ -91,10 +91,10 @@ trait Form: Copy + 'static {
     /// Reads a node, and the number of its words; `None` past the end.
     fn node_at(words: &[u32], link: u32) -> Option<(QuantisedNode, usize)>;
 
-    /// The box in one lane of a node; `None` for an unused lane.
+    /// Decodes the box in one lane of a node; `None` for an unused lane.
     fn box_at(words: &[u32], link: u32, lane: usize) -> Option<Aabb>;
 
-    /// As [`InLanes::meet_node`](crate::indices::wide::tree::InLanes::meet_node).
+    /// Tests the boxes of a node; see [`InLanes::meet_node`](crate::indices::wide::tree::InLanes::meet_node).
     fn meet_node<L: Unpack>(words: &[u32], link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys>;
 
     /// Reads the link in one lane of a node.

@@ -76,7 +76,7 @@ impl QuantisedNode {
     }
 }
 
-/// Where a plane is.
+/// Decodes a plane.
 pub(super) fn plane(quantum: u16, anchor: f32, step: f32) -> f32 {
     (f64::from(anchor) + f64::from(quantum) * f64::from(step)) as f32
 }

@@ -190,7 +190,7 @@ fn edges(leaf: &Leaf) -> __m256 {
     (4..9).fold(length(3), |longest, at| _mm256_max_ps(longest, length(at)))
 }
 
-/// Tests eight triangles, in the phases of `portable`.
+/// Filters eight triangles, in the phases of `portable`.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn are_flat(leaf: &Leaf, axes: u32) -> bool {

@@ -59,7 +59,7 @@ pub(crate) struct LaneRay {
     pub swap: [u32; 4],
     /// The largest absolute value of the direction's components.
     pub reach: f32,
-    /// A bit for each axis on which the direction is 0.
+    /// The axes on which the direction is 0, one bit each.
     pub still: u32,
     pub t_min: f32,
 }
@@ -190,10 +190,10 @@ pub(crate) struct Candidates {
 }
 
 impl Candidates {
-    /// No triangle.
+    /// The result for triangles of which none is hit.
     pub const NONE: Self = Self { any: 0, sure: 0 };
 
-    /// Tells a query of what is sure of some lanes, and returns which of them are to be decided about.
+    /// Tells the query if a triangle in `lanes` is surely hit. Returns the triangles in `lanes` that it has to judge.
     #[inline(always)]
     pub fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {
         if self.sure & lanes != 0 {
@@ -233,11 +233,11 @@ pub(crate) trait Lanes {
     /// The largest component of each triangle's edges at corner a.
     fn edges(leaf: &Leaf) -> Self::Numbers;
 
-    /// The triangles that the ray may hit at `t_min..=last`; of unused lanes, anything. No edge at corner a is
-    /// longer along an axis than `edges` has it.
+    /// Tests eight triangles for hits in `t_min..=last`. The bits of unused lanes are arbitrary. No component of an edge at
+    /// corner a is larger than `edges`.
     ///
-    /// A ray with a component that is 0 hits no triangle without extent on that axis: see [`Triangle::is_along`]. The
-    /// filter cannot reject one in whose plane the ray runs.
+    /// A ray whose direction has a component 0 hits no triangle without extent on that axis; see [`Triangle::is_along`]. The
+    /// filter cannot reject a triangle in whose plane the ray runs. So a leaf of such triangles is tested for that first.
     #[inline(always)]
     fn meet_triangles<Q: Query>(
         leaf: &Leaf,
@@ -251,10 +251,10 @@ pub(crate) trait Lanes {
         Self::filter::<Q>(leaf, ray, edges, last)
     }
 
-    /// Tells whether each triangle of a leaf has no extent on one of the axes that have a bit.
+    /// Tells whether every triangle of a leaf has no extent on one of the `axes`, one bit each.
     fn are_flat(leaf: &Leaf, axes: u32) -> bool;
 
-    /// As [`Lanes::meet_triangles`], by the filter alone.
+    /// Filters eight triangles, for [`Lanes::meet_triangles`].
     fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: Self::Numbers, last: f32) -> Candidates;
 
     /// Filters one triangle before the kernel decides.

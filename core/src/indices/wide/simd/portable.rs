@@ -46,14 +46,14 @@ impl Eight {
         a.cmplt(c).bitmask() | b.cmplt(d).bitmask() << 4
     }
 
-    /// Where both are the same number, one bit each.
+    /// Compares: one bit for each lane in which both numbers are equal.
     #[inline(always)]
     fn equal(self, other: Self) -> u32 {
         let ([a, b], [c, d]) = (self.0, other.0);
         a.cmpeq(c).bitmask() | b.cmpeq(d).bitmask() << 4
     }
 
-    /// Where this is the larger one, one bit each.
+    /// Compares: one bit for each lane in which `self` is greater.
     #[inline(always)]
     fn above(self, other: Self) -> u32 {
         other.below(self)
