@@ -99,8 +99,8 @@ impl<'t> BoxTree<'t> {
         2 * count.div_ceil(GROUP).next_power_of_two()
     }
 
-    /// Builds a tree over `members` (indices into `boxes`), and sorts `members` along the curve. No node has a mark. `None`
-    /// if the scratch is too small.
+    /// Builds a tree over `members` (indices into `boxes`), and sorts `members` along the curve. No node has a mark.
+    /// `None` if the scratch is too small.
     pub fn build(
         boxes: &'t [Aabb],
         members: &'t mut [u32],
@@ -148,7 +148,8 @@ impl<'t> BoxTree<'t> {
         Some(tree)
     }
 
-    /// Recomputes the box of one node from its children, or, for a group, from those members for which `counts` is true.
+    /// Recomputes the box of one node from its children, or, for a group, from those members for which `counts` is
+    /// true.
     fn refresh(&mut self, node: NodeRef, counts: impl Fn(u32) -> bool) {
         let bounds = if let Some((left, right)) = self.children(node) {
             let bounds_of = |child| self.node(child).map_or(Aabb::EMPTY, |n| n.bounds);
@@ -165,8 +166,8 @@ impl<'t> BoxTree<'t> {
         }
     }
 
-    /// Recomputes boxes and marks from the group of the member at `position` on the curve up to the root. Only members for
-    /// which `counts` is true contribute to boxes; `mark` computes the mark of a node.
+    /// Recomputes boxes and marks from the group of the member at `position` on the curve up to the root. Only members
+    /// for which `counts` is true contribute to boxes; `mark` computes the mark of a node.
     pub fn refresh_above(
         &mut self,
         position: usize,

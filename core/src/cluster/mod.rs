@@ -90,8 +90,8 @@ pub const fn scratch_capacity(triangle_count: usize) -> usize {
 /// sorting and a tree of boxes.
 ///
 /// # Errors
-/// [`BuildError::ScratchFull`] below [`scratch_capacity`] bytes, [`BuildError::Misaligned`], and the errors of the scene
-/// and the options: [`BuildError::Mesh`], [`BuildError::ObjectsMismatch`], [`BuildError::ObjectOutOfRange`],
+/// [`BuildError::ScratchFull`] below [`scratch_capacity`] bytes, [`BuildError::Misaligned`], and the errors of the
+/// scene and the options: [`BuildError::Mesh`], [`BuildError::ObjectsMismatch`], [`BuildError::ObjectOutOfRange`],
 /// [`BuildError::InvalidOption`].
 pub fn find<'s>(
     scene: &Scene<'_>,

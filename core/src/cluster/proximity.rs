@@ -2,10 +2,10 @@
 //!
 //! 1. A union-find keeps the components.
 //! 2. Neighbours on the Morton curve are joined first.
-//! 3. [`within`](DualTreeJoin::within) a node: join the boxes of either child, then those of one child with those of the
-//!    other.
-//! 4. [`between`](DualTreeJoin::between) two nodes that are at most delta apart: descend into all four pairs of children,
-//!    down to pairs of groups, which are compared box by box.
+//! 3. [`within`](DualTreeJoin::within) a node: join the boxes of either child, then those of one child with those of
+//!    the other.
+//! 4. [`between`](DualTreeJoin::between) two nodes that are at most delta apart: descend into all four pairs of
+//!    children, down to pairs of groups, which are compared box by box.
 //! 5. A node is marked once all boxes below it are known to be in one component. Two marked nodes of one component need
 //!    no descent.
 //!
@@ -86,8 +86,8 @@ impl DualTreeJoin<'_, '_> {
         self.renew_mark(node);
     }
 
-    /// Joins the boxes below `a` with the near boxes below `b`, a node of the same level. Tells whether any of them had been
-    /// in different components. The recursion is as deep as the tree.
+    /// Joins the boxes below `a` with the near boxes below `b`, a node of the same level. Tells whether any of them had
+    /// been in different components. The recursion is as deep as the tree.
     fn between(&mut self, a: NodeRef, b: NodeRef) -> bool {
         let (Some(node_a), Some(node_b)) = (self.tree.node(a), self.tree.node(b)) else {
             return false;
@@ -100,7 +100,8 @@ impl DualTreeJoin<'_, '_> {
             return false;
         }
         // 2. Prune: all boxes below both nodes are in one component. That is looked up if at least one node is marked:
-        // the boxes below the other may have been joined by way of other nodes. Where neither is marked, they seldom are.
+        // the boxes below the other may have been joined by way of other nodes. Where neither is marked, they seldom
+        // are.
         let is_marked = node_a.mark != BoxTree::NO_MARK || node_b.mark != BoxTree::NO_MARK;
         if is_marked && self.are_one(a, b) {
             return false;

@@ -32,8 +32,8 @@ pub(super) struct SizeClass {
     pub typical_size_squared: f64,
 }
 
-/// Sorts the non-empty boxes by diagonal into `sorted` and divides them into at most `options.size_classes` classes, the
-/// smallest primitives first.
+/// Sorts the non-empty boxes by diagonal into `sorted` and divides them into at most `options.size_classes` classes,
+/// the smallest primitives first.
 pub(super) fn divide(
     boxes: &[Aabb],
     options: &Options,

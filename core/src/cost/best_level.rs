@@ -49,8 +49,8 @@ pub(crate) fn best_level(
 /// looks at each triangle `looks` times.
 ///
 /// # Measured
-/// - On the built-in scenes, a search takes up to 13 `n log2 n` steps for the octree (figure 3), 15 for the BSP tree, 17
-///   for grids and 34 for the octree-R, which looks six times. All of these searches end by themselves.
+/// - On the built-in scenes, a search takes up to 13 `n log2 n` steps for the octree (figure 3), 15 for the BSP tree,
+///   17 for grids and 34 for the octree-R, which looks six times. All of these searches end by themselves.
 /// - Where triangles lie in one place, a factor of 64 instead of 16 took four times the work, and found levels at which
 ///   rays cost as much.
 pub(crate) fn search_steps(triangle_count: usize, looks: u64) -> u64 {

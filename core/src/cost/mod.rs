@@ -1,10 +1,10 @@
 //! Cost model: estimates for choosing a level, a resolution and an index.
 //!
 //! # Source
-//! - J. D. MacDonald, K. S. Booth 1990, the surface-area heuristic (SAH): the probability that a ray through a cell enters
-//!   a part of the cell is the ratio of their surface areas.
-//! - K. R. Subramanian, D. S. Fussell, *Automatic Termination Criteria for Ray Tracing Hierarchies*, 1991: go on dividing
-//!   as long as the estimated cost of the whole hierarchy falls.
+//! - J. D. MacDonald, K. S. Booth 1990, the surface-area heuristic (SAH): the probability that a ray through a cell
+//!   enters a part of the cell is the ratio of their surface areas.
+//! - K. R. Subramanian, D. S. Fussell, *Automatic Termination Criteria for Ray Tracing Hierarchies*, 1991: go on
+//!   dividing as long as the estimated cost of the whole hierarchy falls.
 
 mod best_level;
 mod probe;

@@ -17,9 +17,10 @@ use crate::geometry::{Aabb, Ray, Triangle};
 /// Divisor: one ray of `ONE_OF` is light that reaches a triangle.
 ///
 /// # Measured
-/// The measure is how much more the automatic density of grids costs than the best density, on the rays of 3,000 photons.
-/// - With a third of light, at most 3% on the built-in scenes, but for one: 45% in one grid over both clusters of figure
-///   3, whose light does not send photons through the space between.
+/// The measure is how much more the automatic density of grids costs than the best density, on the rays of 3,000
+/// photons.
+/// - With a third of light, at most 3% on the built-in scenes, but for one: 45% in one grid over both clusters of
+///   figure 3, whose light does not send photons through the space between.
 /// - On 512 of these photons' rays, given by the caller, at most 4%.
 /// - Bounces of the light in addition changed little.
 ///
@@ -79,8 +80,8 @@ pub(crate) fn for_each_ray(
     }
 }
 
-/// Maps three numbers from 0 to 1 to a point on the faces of a box, evenly by area. Returns the point, and the direction
-/// from there into the box.
+/// Maps three numbers from 0 to 1 to a point on the faces of a box, evenly by area. Returns the point, and the
+/// direction from there into the box.
 fn on_face(bounds: &Aabb, face: f32, a: f32, b: f32) -> (Vec3, Vec3) {
     let [x, y, z] = bounds.extent();
     let mut left = f64::from(face) * 2.0 * (y * z + z * x + x * y);
@@ -122,8 +123,8 @@ fn on_sphere(z: f32, turn: f32) -> Vec3 {
     Vec3::new(radius * cosine, radius * sine, z)
 }
 
-/// Quasirandom sequence of points in the unit cube of five dimensions. Each point lies where the previous ones have left
-/// the most room.
+/// Quasirandom sequence of points in the unit cube of five dimensions. Each point lies where the previous ones have
+/// left the most room.
 ///
 ///
 /// # Source

@@ -19,11 +19,11 @@ use crate::query::Counters;
 ///
 /// `SOFTWARE_WEIGHTS`, for processors with `f32` in hardware that calculate `f64` in software:
 /// - 10 ns an instruction on a Cortex-M4.
-/// - Fitted as `WEIGHTS` to the lines that `thumb_cost` of `tests/targets/bare_metal` prints in an emulator, for 24 to 456
-///   triangles.
+/// - Fitted as `WEIGHTS` to the lines that `thumb_cost` of `tests/targets/bare_metal` prints in an emulator, for 24 to
+///   456 triangles.
 /// - By hand: all but the wide family have the test of the linear scan, because they call the same function.
-/// - Most of the cost of a ray and of a node is boxes in `f64`, and the hit, if there is one. The wide family calculates
-///   with `f32`.
+/// - Most of the cost of a ray and of a node is boxes in `f64`, and the hit, if there is one. The wide family
+///   calculates with `f32`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
     /// Cost of each ray.
@@ -35,7 +35,8 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// The weights of an index that was never measured. They are so high that it is not preferred for lack of a measurement.
+    /// The weights of an index that was never measured. They are so high that it is not preferred for lack of a
+    /// measurement.
     pub const UNKNOWN: Self = Self { ray: 100.0, node: 80.0, test: 30.0 };
 
     /// Estimates the nanoseconds that `rays` rays take, from the counters of all of them.

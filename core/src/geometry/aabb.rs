@@ -62,15 +62,15 @@ impl Aabb {
         self.lo.cmpeq(self.hi)
     }
 
-    /// Tells whether the box has no extent on an axis on which the direction of a ray is 0. All triangles in such a box lie
-    /// in one plane, and the ray runs along that plane: it hits none of them, wherever it begins.
+    /// Tells whether the box has no extent on an axis on which the direction of a ray is 0. All triangles in such a box
+    /// lie in one plane, and the ray runs along that plane: it hits none of them, wherever it begins.
     #[inline]
     pub(crate) fn is_along(&self, ray: &Ray) -> bool {
         (ray.direction().cmpeq(Vec3::ZERO) & self.flat_axes()).any()
     }
 
-    /// The lengths of the sides, in `f64`, so that they neither overflow nor round a non-zero length to 0. Zeros for the empty
-    /// box.
+    /// The lengths of the sides, in `f64`, so that they neither overflow nor round a non-zero length to 0. Zeros for
+    /// the empty box.
     pub fn extent(&self) -> [f64; 3] {
         if self.is_empty() {
             return [0.0; 3];

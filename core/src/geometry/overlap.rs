@@ -1,7 +1,7 @@
 //! Conservative overlap test between a triangle and a box, by separating axes.
 //!
-//! A triangle and a box are apart if their projections are apart on a coordinate axis, on the triangle's normal, or on the
-//! cross product of a coordinate axis and an edge. Here "apart" is claimed only if the gap exceeds a bound on the
+//! A triangle and a box are apart if their projections are apart on a coordinate axis, on the triangle's normal, or on
+//! the cross product of a coordinate axis and an edge. Here "apart" is claimed only if the gap exceeds a bound on the
 //! rounding. So no triangle is left out of a cell that it touches, and a triangle that misses a cell by a hair may be
 //! kept.
 //!
@@ -33,8 +33,8 @@ pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
         }
     }
 
-    // 2. Move the box's centre to the origin. The radius is measured to the side that is farther from the rounded centre,
-    // so that the box around that centre holds the given one.
+    // 2. Move the box's centre to the origin. The radius is measured to the side that is farther from the rounded
+    // centre, so that the box around that centre holds the given one.
     let mut centre = [0.0; 3];
     let mut radius = [0.0; 3];
     for axis in 0..3 {

@@ -2,8 +2,8 @@
 //!
 //! # The bound
 //! Let `p` be a plane's coordinate, `o` and `d` the ray's origin and direction on that axis, and `r = 2^-53`.
-//! 1. The computed `(p - o) * (1 / d)` goes through three roundings. So it is the exact parameter times a factor between
-//!    `(1 - r)^3` and `(1 + r)^3`, however far away the origin is.
+//! 1. The computed `(p - o) * (1 / d)` goes through three roundings. So it is the exact parameter times a factor
+//!    between `(1 - r)^3` and `(1 + r)^3`, however far away the origin is.
 //! 2. Nothing over- or underflows, since all inputs are `f32` or dyadic fractions of them.
 //! 3. The result is moved by 2^-50 = `8 r` of itself to either side: a multiplication by a power of two and one more
 //!    rounding. That covers the exact value.
@@ -129,8 +129,8 @@ impl RaySpan {
 
     /// Clips `span` to what may lie in a closed box.
     ///
-    /// The result is also empty if the box has no extent on an axis on which the direction is 0: all triangles in such a box
-    /// lie in a plane along which the ray runs, so none of them can be hit.
+    /// The result is also empty if the box has no extent on an axis on which the direction is 0: all triangles in such
+    /// a box lie in a plane along which the ray runs, so none of them can be hit.
     #[inline]
     pub fn clip(&self, bounds: &Aabb, span: Span) -> Span {
         if self.still.any() && (self.still & bounds.flat_axes()).any() {

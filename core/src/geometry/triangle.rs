@@ -47,7 +47,8 @@ impl Triangle {
         Aabb::EMPTY.with_point(self.a).with_point(self.b).with_point(self.c)
     }
 
-    /// The normal `(b - a) x (c - a)`, not of unit length: its length is twice the area, and 0 for a triangle without area.
+    /// The normal `(b - a) x (c - a)`, not of unit length: its length is twice the area, and 0 for a triangle without
+    /// area.
     pub fn normal(&self) -> Vec3 {
         (self.b - self.a).cross(self.c - self.a)
     }

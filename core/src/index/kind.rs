@@ -166,7 +166,8 @@ impl IndexKind {
 }
 
 impl<'a> AnyIndex<'a> {
-    /// Opens the bytes of an index of any kind that is compiled in; see [`Index::from_bytes`](crate::Index::from_bytes).
+    /// Opens the bytes of an index of any kind that is compiled in; see
+    /// [`Index::from_bytes`](crate::Index::from_bytes).
     ///
     /// # Errors
     /// Any of [`OpenError`].
@@ -231,7 +232,8 @@ impl<'a> AnyIndex<'a> {
         self.as_ray_index().all_hits(ray, buffer)
     }
 
-    /// Finds the closest hit and counts the work; see [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
+    /// Finds the closest hit and counts the work; see
+    /// [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
     pub fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
         self.as_ray_index().closest_hit_counted(ray, counters)
     }

@@ -57,8 +57,8 @@ impl<R> Clone for Index<'_, R> {
 impl<R> Copy for Index<'_, R> {}
 
 impl<'a, R: Representation> Index<'a, R> {
-    /// Bounds the scratch bytes that a build for `triangle_count` triangles needs. The bound is proven. In a constant, call
-    /// [`IndexKind::scratch_capacity`](crate::IndexKind::scratch_capacity).
+    /// Bounds the scratch bytes that a build for `triangle_count` triangles needs. The bound is proven. In a constant,
+    /// call [`IndexKind::scratch_capacity`](crate::IndexKind::scratch_capacity).
     pub fn scratch_capacity(triangle_count: usize, options: &Options) -> usize {
         scratch_with::<R>(triangle_count, R::Structure::scratch_bytes(triangle_count, options))
     }
@@ -102,15 +102,16 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// Builds an index of `scene` in the first bytes of `arena`.
     ///
-    /// Both slices start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes; see [`crate::Block`]. The bytes
-    /// written depend on the scene and the options only. Cost: at most a multiple of `n log n` for `n` triangles.
+    /// Both slices start at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes; see [`crate::Block`]. The
+    /// bytes written depend on the scene and the options only. Cost: at most a multiple of `n log n` for `n` triangles.
     ///
     /// The index has its own copy of the triangles, unless the scene says that it lies [beside](Scene::beside) them. It
-    /// nevertheless borrows `scene`. To drop the triangles, drop the index and reopen the arena with [`Index::from_bytes`].
+    /// nevertheless borrows `scene`. To drop the triangles, drop the index and reopen the arena with
+    /// [`Index::from_bytes`].
     ///
     /// # Errors
-    /// Any of [`BuildError`]. [`BuildError::ArenaFull`] says how many bytes are enough. After an error, the contents of the
-    /// arena are undefined.
+    /// Any of [`BuildError`]. [`BuildError::ArenaFull`] says how many bytes are enough. After an error, the contents of
+    /// the arena are undefined.
     pub fn build(
         scene: &Scene<'a>,
         options: &Options,
@@ -122,8 +123,8 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// Builds an index, as [`Index::build`] does and with the same bytes, with the help of an executor.
     ///
-    /// The wide, compact and lean BVH partition their triangles in branches that may run in parallel. Clusters, and all other
-    /// indices, are built sequentially.
+    /// The wide, compact and lean BVH partition their triangles in branches that may run in parallel. Clusters, and all
+    /// other indices, are built sequentially.
     ///
     /// # Errors
     /// The errors of [`Index::build`].
@@ -137,8 +138,8 @@ impl<'a, R: Representation> Index<'a, R> {
         Self::build_counted(scene, options, arena, scratch, executor, &mut 0)
     }
 
-    /// Builds an index as [`Index::build_with`] does, and writes the number of steps to `steps`, also if the structure's
-    /// build fails.
+    /// Builds an index as [`Index::build_with`] does, and writes the number of steps to `steps`, also if the
+    /// structure's build fails.
     pub(crate) fn build_counted(
         scene: &Scene<'a>,
         options: &Options,
@@ -182,8 +183,8 @@ impl<'a, R: Representation> Index<'a, R> {
         let fixed = fixed.map(|bytes| layout.split(bytes));
         let (header, own_triangles, own_nodes) = fixed.unwrap_or_default();
 
-        // 3. Join the clusters into the cluster tree, in its section of the arena. If the build only counts, a structure
-        // that reads the tree gets one in the scratch, and any other structure gets none.
+        // 3. Join the clusters into the cluster tree, in its section of the arena. If the build only counts, a
+        // structure that reads the tree gets one in the scratch, and any other structure gets none.
         let node_count = (2 * clusters.count()).saturating_sub(1);
         let mut scratch = Arena::new(scratch).ok_or(scratch_full)?;
         let nodes = if own_nodes.is_empty() && R::Structure::READS_TREE {
@@ -232,8 +233,8 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// Opens the bytes of an index in place; they come from [`Index::as_bytes`].
     ///
-    /// Everything on which traversals rely is checked. So for any bytes, this function and all queries end without a panic.
-    /// Forged but well-formed bytes can give wrong answers. Cost: linear in the length.
+    /// Everything on which traversals rely is checked. So for any bytes, this function and all queries end without a
+    /// panic. Forged but well-formed bytes can give wrong answers. Cost: linear in the length.
     ///
     /// # Errors
     /// Any of [`OpenError`].
@@ -241,11 +242,11 @@ impl<'a, R: Representation> Index<'a, R> {
         Self::read(bytes, None)
     }
 
-    /// Opens the bytes of an index that was built [beside](Scene::beside) a mesh; see [`Index::from_bytes`]. Takes the same
-    /// triangles, as a list or as an indexed mesh.
+    /// Opens the bytes of an index that was built [beside](Scene::beside) a mesh; see [`Index::from_bytes`]. Takes the
+    /// same triangles, as a list or as an indexed mesh.
     ///
-    /// Cost: linear in the lengths of both. Nine 64-bit multiplications a triangle compute the fingerprint that tells meshes
-    /// apart.
+    /// Cost: linear in the lengths of both. Nine 64-bit multiplications a triangle compute the fingerprint that tells
+    /// meshes apart.
     ///
     /// # Errors
     /// Any of [`OpenError`].
@@ -278,8 +279,8 @@ impl<'a, R: Representation> Index<'a, R> {
             .map_err(|cluster| OpenError::Malformed { part: R::NAME, at: cluster })
     }
 
-    /// Restricts the index to these vector instructions. As built or opened, it uses the best that the processor has. The
-    /// answers are the same.
+    /// Restricts the index to these vector instructions. As built or opened, it uses the best that the processor has.
+    /// The answers are the same.
     #[must_use]
     pub fn with_simd_level(self, simd_level: SimdLevel) -> Self {
         Self { simd_level, ..self }
@@ -324,7 +325,8 @@ impl<'a, R: Representation> Index<'a, R> {
         self.closest(ray, ())
     }
 
-    /// Tells whether any triangle is hit in `t_min..=t_max`: an any-hit query, which ends at the first hit. For shadow rays.
+    /// Tells whether any triangle is hit in `t_min..=t_max`: an any-hit query, which ends at the first hit. For shadow
+    /// rays.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.any(ray, ())
     }
@@ -333,8 +335,8 @@ impl<'a, R: Representation> Index<'a, R> {
     ///
     /// This is the faster way to trace many rays. Rays and hits beyond the shorter of both slices are ignored.
     ///
-    /// On targets with vector registers, the wide, compact and lean BVH traverse four rays in turn, whose state takes some
-    /// 13 KiB of the stack. For other targets see [`IndexKind`](crate::IndexKind#stack).
+    /// On targets with vector registers, the wide, compact and lean BVH traverse four rays in turn, whose state takes
+    /// some 13 KiB of the stack. For other targets see [`IndexKind`](crate::IndexKind#stack).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         let start = |index: usize| rays.get(index).map(|ray| Closest::new(ray, ()));
         let count = rays.len().min(hits.len());
@@ -351,7 +353,8 @@ impl<'a, R: Representation> Index<'a, R> {
         );
     }
 
-    /// Tells for each ray whether any triangle is hit, as [`Index::occluded`] does; a batch as in [`Index::closest_hits`].
+    /// Tells for each ray whether any triangle is hit, as [`Index::occluded`] does; a batch as in
+    /// [`Index::closest_hits`].
     pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
         let start = |index: usize| rays.get(index).map(|ray| Occluded::new(ray, ()));
         let count = rays.len().min(occluded.len());

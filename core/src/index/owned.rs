@@ -59,7 +59,8 @@ impl OwnedIndex {
         Ok(Self { kind, blocks, bytes })
     }
 
-    /// Opens the index from its bytes, as from a file. Cost: linear, for the validation; keep the result for all queries.
+    /// Opens the index from its bytes, as from a file. Cost: linear, for the validation; keep the result for all
+    /// queries.
     ///
     /// # Panics
     /// If the index was built [beside](Scene::beside) a mesh.

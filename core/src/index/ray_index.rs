@@ -26,7 +26,8 @@ pub trait RayIndex: sealed::Sealed {
     /// Finds all hits, sorted by `(t, id)`; see [`Index::all_hits`](crate::Index::all_hits).
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h>;
 
-    /// Finds the closest hit and counts the work; see [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
+    /// Finds the closest hit and counts the work; see
+    /// [`Index::closest_hit_counted`](crate::Index::closest_hit_counted).
     fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit>;
 
     /// Tells whether any triangle is hit and counts the work; see

@@ -26,19 +26,19 @@ use crate::input::{Executor, Mesh, Options, Scene};
 use crate::structure::{Sections, Statistics};
 
 registry! {
-    /// Kind of an index, chosen at run time. A kind that is left out of the build has no variant; the numbers of the others
-    /// do not change.
+    /// Kind of an index, chosen at run time. A kind that is left out of the build has no variant; the numbers of the
+    /// others do not change.
     ///
     /// # Stack
-    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), from the caller's frame down. `.ci/run stacks` fails if one is
-    /// exceeded.
+    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), from the caller's frame down. `.ci/run stacks` fails if
+    /// one is exceeded.
     ///
     /// - A query has frames of fixed sizes and does not recurse, so its bounds hold for every scene.
-    /// - The build of a tree recurses once for each level. Its bounds hold for the 456 triangles of the check. A deeper tree
-    ///   takes a frame more a level, for at most 21 levels in octrees, 60 in kd-trees and BSP trees, 62 in binary BVHs, 89 in
-    ///   wide BVHs.
-    /// - The filters decide an ordinary ray. Any ray may also hit a corner exactly, lie in a plane, begin far away or have a
-    ///   negative `t_min`.
+    /// - The build of a tree recurses once for each level. Its bounds hold for the 456 triangles of the check. A deeper
+    ///   tree takes a frame more a level, for at most 21 levels in octrees, 60 in kd-trees and BSP trees, 62 in binary
+    ///   BVHs, 89 in wide BVHs.
+    /// - The filters decide an ordinary ray. Any ray may also hit a corner exactly, lie in a plane, begin far away or
+    ///   have a negative `t_min`.
     /// - A batch is [`RayIndex::closest_hits`].
     ///
     /// | kind | ordinary ray | any ray | batch | build |
@@ -248,7 +248,8 @@ macro_rules! registry {
                 }
             }
 
-            /// The index as a trait object. In a loop over single rays, call its queries instead, to choose the kind only once.
+            /// The index as a trait object. In a loop over single rays, call its queries instead, to choose the kind
+            /// only once.
             pub fn as_ray_index(&self) -> &(dyn RayIndex + Sync + 'a) {
                 match self {
                     $($(#[cfg($included)] Self::$variant(index) => index,)*)*

@@ -73,8 +73,8 @@ impl<L: LocalIndex> Structure for L {
 
 /// Traverses the cluster tree, and the local index of every cluster whose box the ray enters.
 ///
-/// Children whose boxes the ray meets are entered, the nearer first; of two at the same distance, the left first. A node
-/// is skipped only if it begins beyond [`Query::last`].
+/// Children whose boxes the ray meets are entered, the nearer first; of two at the same distance, the left first. A
+/// node is skipped only if it begins beyond [`Query::last`].
 ///
 /// # Source
 /// Aguilera et al., algorithms 3 and 4; nearest first is an addition.

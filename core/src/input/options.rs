@@ -17,23 +17,24 @@ use crate::error::BuildError;
 /// | [`work_limit`](Self::work_limit) | all |
 /// | [`float64`](Self::float64) | [`select`](crate::select::select) only |
 ///
-/// "BVH" is [`Bvh`](crate::kinds::Bvh), "binned" with [`BvhBuild::Binned`]. The wide, compact and lean BVH read `proximity` and `size_classes` (as
-/// hierarchies) and `work_limit`, nothing else. Every build checks all options, and refuses one that is out of range
-/// also where its index ignores it.
+/// "BVH" is [`Bvh`](crate::kinds::Bvh), "binned" with [`BvhBuild::Binned`]. The wide, compact and lean BVH read
+/// `proximity` and `size_classes` (as hierarchies) and `work_limit`, nothing else. Every build checks all options, and
+/// refuses one that is out of range also where its index ignores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The number of triangles up to which a cell or a node is not divided; 1 or more. The default is the paper's, 12.
     ///
-    /// A smaller capacity means fewer triangle tests, more nodes and more bytes. An automatic kd-tree divides as long as
-    /// the estimated cost falls, whatever the capacity. A binned BVH also divides smaller nodes if that is estimated to pay.
+    /// A smaller capacity means fewer triangle tests, more nodes and more bytes. An automatic kd-tree divides as long
+    /// as the estimated cost falls, whatever the capacity. A binned BVH also divides smaller nodes if that is estimated
+    /// to pay.
     pub leaf_capacity: u32,
     /// The highest level of a tree.
     pub level: Level,
     /// The largest gap within a cluster: two primitives of one size class are in one cluster if the gap between their
     /// boxes is at most `proximity` times the median box diagonal of that class. Finite and not negative.
     pub proximity: f32,
-    /// The largest number of size classes, 1 to 4. With 1, small objects that stand on a large floor form one cluster with
-    /// the floor.
+    /// The largest number of size classes, 1 to 4. With 1, small objects that stand on a large floor form one cluster
+    /// with the floor.
     pub size_classes: u32,
     /// The number of cells of a uniform grid.
     pub resolution: Resolution,
@@ -44,8 +45,8 @@ pub struct Options {
     pub cost: Option<CostModel>,
     /// The largest number of steps of a build; one step is one look at a triangle. `None` means no limit.
     ///
-    /// A build that takes more returns [`BuildError::TooMuchWork`]. [`crate::Capacity::steps`] says how many steps a build
-    /// takes; the number is the same on every machine.
+    /// A build that takes more returns [`BuildError::TooMuchWork`]. [`crate::Capacity::steps`] says how many steps a
+    /// build takes; the number is the same on every machine.
     pub work_limit: Option<u64>,
     /// The processor that [`select`](crate::select::select) weighs for. Only the choice of an index depends on this
     /// option: every index has the same bytes and gives the same answers on all processors.
@@ -72,7 +73,8 @@ impl Options {
         float64: Float64::Hardware,
     };
 
-    /// The cost model of this build. [`crate::Index::build`] has put the index's own model into `cost` if it was `None`.
+    /// The cost model of this build. [`crate::Index::build`] has put the index's own model into `cost` if it was
+    /// `None`.
     pub(crate) fn cost_model(&self) -> CostModel {
         self.cost.unwrap_or_default()
     }
@@ -135,15 +137,15 @@ impl Default for CostModel {
 
 /// Highest level of a tree; the root is level 0.
 ///
-/// A level of an octree halves three axes, so a kd-tree or a BSP tree may divide three times a level. A binned BVH counts
-/// one division a level.
+/// A level of an octree halves three axes, so a kd-tree or a BSP tree may divide three times a level. A binned BVH
+/// counts one division a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// The level is found: division goes on as long as the estimated cost falls. An octree, an octree-R, a kd-tree or a
     /// BSP tree then has at most 16 references a triangle.
     Automatic,
-    /// The level is given: 0 to 20. In an octree, an octree-R, a kd-tree or a BSP tree, a cell is a leaf if its division
-    /// would take the tree beyond 4,096 references a triangle.
+    /// The level is given: 0 to 20. In an octree, an octree-R, a kd-tree or a BSP tree, a cell is a leaf if its
+    /// division would take the tree beyond 4,096 references a triangle.
     AtMost(u32),
 }
 
@@ -157,8 +159,8 @@ pub enum Resolution {
     CellsPerTriangle(f32),
     /// The number of cells along x, y and z, 1 to 65536 on each axis.
     ///
-    /// All three are halved as long as filing the triangles would take more than 4,096 steps a triangle plus 8 a cell. A
-    /// step is a cell that the box of a triangle reaches into.
+    /// All three are halved as long as filing the triangles would take more than 4,096 steps a triangle plus 8 a cell.
+    /// A step is a cell that the box of a triangle reaches into.
     Cells([u32; 3]),
 }
 

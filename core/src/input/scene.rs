@@ -54,15 +54,15 @@ impl<'a> Scene<'a> {
         Self::new(triangles).objects(objects)
     }
 
-    /// Makes whole objects the primitives that are clustered: triangle `i` belongs to object `objects[i]`, a number below
-    /// the number of triangles. An object is never divided between clusters.
+    /// Makes whole objects the primitives that are clustered: triangle `i` belongs to object `objects[i]`, a number
+    /// below the number of triangles. An object is never divided between clusters.
     #[must_use]
     pub const fn objects(self, objects: &'a [u32]) -> Self {
         Self { objects: Some(objects), ..self }
     }
 
-    /// Makes the index borrow the triangles: it lies beside them, and reads them where the caller keeps them. Its answers
-    /// are the same.
+    /// Makes the index borrow the triangles: it lies beside them, and reads them where the caller keeps them. Its
+    /// answers are the same.
     ///
     /// The wide and the compact BVH hold triangles in a form of their own, and are not built beside a mesh.
     #[must_use]
@@ -72,9 +72,9 @@ impl<'a> Scene<'a> {
 
     /// Gives rays like those that the index will be asked about; some hundred are enough.
     ///
-    /// The automatic resolution of a uniform grid and [`select`](crate::select::select) choose by the cost of these rays.
-    /// Without any, they choose by a sample of rays that they make. Query results never depend on the rays. The rays are
-    /// borrowed as long as the triangles.
+    /// The automatic resolution of a uniform grid and [`select`](crate::select::select) choose by the cost of these
+    /// rays. Without any, they choose by a sample of rays that they make. Query results never depend on the rays. The
+    /// rays are borrowed as long as the triangles.
     #[must_use]
     pub const fn rays(self, rays: &'a [Ray]) -> Self {
         Self { rays, ..self }

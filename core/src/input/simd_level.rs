@@ -19,7 +19,8 @@ impl SimdLevel {
     /// The level that allows nothing beyond what the crate is compiled for.
     pub const COMPILED: Self = Self { avx2: false, avx512: false };
 
-    /// Detects what the processor has and the operating system supports. Cost: the answer is cached after the first call.
+    /// Detects what the processor has and the operating system supports. Cost: the answer is cached after the first
+    /// call.
     pub fn detect() -> Self {
         #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
         let found = Self { avx2: avx2::get(), avx512: avx512::get() };

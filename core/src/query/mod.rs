@@ -84,11 +84,12 @@ pub trait Query: sealed::Sealed {
     fn surely_hit(&mut self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
-    /// Accepts the exact hit of a triangle, within the ray's interval. Returns `Break` once the answer is known. Accepting a hit
-    /// twice does no harm.
+    /// Accepts the exact hit of a triangle, within the ray's interval. Returns `Break` once the answer is known.
+    /// Accepting a hit twice does no harm.
     fn accept(&mut self, id: TriangleId, hit: Intersection) -> ControlFlow<()>;
 
-    /// Decides exactly whether a triangle is hit, from the verdict of a filter. Returns `Break` once the answer is known.
+    /// Decides exactly whether a triangle is hit, from the verdict of a filter. Returns `Break` once the answer is
+    /// known.
     fn judge(&mut self, id: TriangleId, triangle: &Triangle, verdict: Verdict) -> ControlFlow<()>;
 
     /// Decides exactly whether a triangle is hit, without a filter's verdict; see [`Query::judge`].
@@ -145,8 +146,8 @@ impl<'r, C: Count> Closest<'r, C> {
         (!self.hit.is_none()).then_some(self.hit)
     }
 
-    /// The last `t` at which a hit of a triangle still counts. A triangle with a higher id has to be hit strictly before the
-    /// hit found so far.
+    /// The last `t` at which a hit of a triangle still counts. A triangle with a higher id has to be hit strictly
+    /// before the hit found so far.
     #[inline]
     fn last_t_of(&self, id: TriangleId) -> f32 {
         if id < self.hit.triangle { self.hit.t } else { self.hit.t.next_down() }
@@ -162,8 +163,8 @@ impl<'r, C: Count> Closest<'r, C> {
     #[cold]
     #[inline(never)]
     fn decide_exactly(&mut self, id: TriangleId, triangle: &Triangle, volumes: &Volumes) {
-        // Around a corner, most triangles are hit at the last `t`, and half of them or more have a higher id. They are rejected
-        // without exact arithmetic.
+        // Around a corner, most triangles are hit at the last `t`, and half of them or more have a higher id. They are
+        // rejected without exact arithmetic.
         let (t, last) = (volumes.earliest_t(), self.hit.t);
         if t > last || t == last && id > self.hit.triangle {
             return;
@@ -314,8 +315,8 @@ impl<'r, 'h, C: Count> All<'r, 'h, C> {
         AllHits { hits: hits.get(..self.filled).unwrap_or(&[]), truncated: self.truncated }
     }
 
-    /// Inserts a hit into the buffer, which is sorted by `(t, id)`. A triangle that is stored in several cells comes several
-    /// times, and is kept once.
+    /// Inserts a hit into the buffer, which is sorted by `(t, id)`. A triangle that is stored in several cells comes
+    /// several times, and is kept once.
     fn insert(&mut self, mut carried: Hit) {
         let key = (carried.t, carried.triangle);
         let mut slots = self.buffer.iter_mut().take(self.filled).peekable();

@@ -37,7 +37,8 @@ pub trait Described: 'static {
     /// The cost model of builds that estimate: the cost of a node in triangle tests, as measured. [`Options::cost`]
     /// overrides it.
     const COST: CostModel = CostModel::tests_per_node(1.0);
-    /// True if `build` uses [`Scene::rays`](crate::Scene::rays) as a tuning sample. Query results never depend on the rays.
+    /// True if `build` uses [`Scene::rays`](crate::Scene::rays) as a tuning sample. Query results never depend on the
+    /// rays.
     const USES_RAYS: bool = false;
     /// The weights of a query on a processor with `f64` in hardware, as measured; see [`Weights`].
     const WEIGHTS: Weights = Weights::UNKNOWN;
@@ -55,8 +56,8 @@ pub trait LocalIndex: Described {
 
     /// Appends the group's index to `words`, with all links relative to its first word.
     ///
-    /// The words must depend on the arguments only, and not on words read back. The work must be bounded by a multiple of
-    /// `n log n`, wherever the triangles lie; [`Words::spend`] counts it.
+    /// The words must depend on the arguments only, and not on words read back. The work must be bounded by a multiple
+    /// of `n log n`, wherever the triangles lie; [`Words::spend`] counts it.
     ///
     /// # Errors
     /// [`BuildError::TooLarge`] if a link does not fit its field, [`BuildError::TooMuchWork`] from [`Words::spend`].
@@ -67,8 +68,8 @@ pub trait LocalIndex: Described {
         scratch: &mut [u8],
     ) -> Result<(), BuildError>;
 
-    /// Shows `query` the triangles near the part `span` of the ray, which lies in the group's box. Returns `Break` if the
-    /// query did.
+    /// Shows `query` the triangles near the part `span` of the ray, which lies in the group's box. Returns `Break` if
+    /// the query did.
     fn traverse<Q: Query>(
         local: &Local<'_>,
         ray: &RaySpan,
@@ -88,7 +89,8 @@ pub trait LocalIndex: Described {
 pub trait Structure: Described {
     /// True if the words hold the triangles, so that the index has no section of triangles.
     const HOLDS_TRIANGLES: bool = false;
-    /// True if `build` reads the cluster tree. If false, a dry run makes no tree, and [`DividedScene::nodes`] is empty in it.
+    /// True if `build` reads the cluster tree. If false, a dry run makes no tree, and [`DividedScene::nodes`] is empty
+    /// in it.
     const READS_TREE: bool = true;
 
     /// Bounds the scratch bytes that the build for `triangle_count` triangles needs, whatever the clusters.

@@ -16,8 +16,8 @@ pub struct DividedScene<'a> {
     pub rays: &'a [Ray],
     /// The clusters. A representation without clusters has one cluster.
     pub clusters: &'a Clusters<'a>,
-    /// The cluster tree, its leaves first. The build sets the links of leaves. Empty in a dry run of a structure that does
-    /// not [read](crate::custom::Structure::READS_TREE) the tree.
+    /// The cluster tree, its leaves first. The build sets the links of leaves. Empty in a dry run of a structure that
+    /// does not [read](crate::custom::Structure::READS_TREE) the tree.
     pub nodes: &'a mut [ClusterNode],
 }
 

@@ -5,12 +5,12 @@
 //! | header 64 B | triangles 36 B each | cluster tree 36 B a node | words 4 B each |
 //! ```
 //! - Each section starts at a multiple of 64 bytes; bytes between sections are zero.
-//! - The first `cluster_count` nodes of the cluster tree are its leaves, in the order of the clusters. An inner node comes
-//!   after its children. The root is last.
+//! - The first `cluster_count` nodes of the cluster tree are its leaves, in the order of the clusters. An inner node
+//!   comes after its children. The root is last.
 //! - The words hold one local index for each cluster, one after the other; or one index over all clusters, whose words
 //!   then belong to the first.
-//! - There is no section of triangles if the words hold them (bit 17 of the kind), or if the index lies beside a mesh that
-//!   the caller keeps (bit 18). The header then has a fingerprint of that mesh.
+//! - There is no section of triangles if the words hold them (bit 17 of the kind), or if the index lies beside a mesh
+//!   that the caller keeps (bit 18). The header then has a fingerprint of that mesh.
 //! - Values have the byte order of the machine that wrote them. A machine of the other order refuses the bytes.
 //!
 //! # What validation guarantees
@@ -19,8 +19,8 @@
 //! 3. Every link of the cluster tree goes to an earlier node whose parent link comes back, so the nodes form one tree.
 //! 4. Each local index passes the check of its own kind.
 //!
-//! So every traversal ends and stays in bounds, for any bytes. It is not checked that boxes hold their triangles: forged
-//! bytes that pass can give wrong answers, but cannot panic, loop, or read out of bounds.
+//! So every traversal ends and stays in bounds, for any bytes. It is not checked that boxes hold their triangles:
+//! forged bytes that pass can give wrong answers, but cannot panic, loop, or read out of bounds.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -185,8 +185,8 @@ impl<'a> Sections<'a> {
         words: &[],
     };
 
-    /// Reads the sections, and checks the triangles and the cluster tree. The caller checks the local indices. Bytes after
-    /// the index are ignored.
+    /// Reads the sections, and checks the triangles and the cluster tree. The caller checks the local indices. Bytes
+    /// after the index are ignored.
     pub(crate) fn parse(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, OpenError> {
         let sections = Self::view(bytes, mesh)?;
         sections.check_triangles()?;
@@ -279,8 +279,8 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// Checks that no node lies deeper than the traversal's stack. Going up from each leaf takes at most `MAX_TREE_DEPTH`
-    /// steps.
+    /// Checks that no node lies deeper than the traversal's stack. Going up from each leaf takes at most
+    /// `MAX_TREE_DEPTH` steps.
     fn check_depth(&self) -> Result<(), OpenError> {
         for at in 0..self.cluster_count {
             let mut node = NodeId(at);
@@ -301,7 +301,8 @@ impl<'a> Sections<'a> {
         self.bytes
     }
 
-    /// The representation's [format](crate::kinds::Representation::FORMAT). Bit 18 is set if the index lies beside a mesh.
+    /// The representation's [format](crate::kinds::Representation::FORMAT). Bit 18 is set if the index lies beside a
+    /// mesh.
     pub fn kind(&self) -> u32 {
         self.kind
     }

@@ -62,8 +62,9 @@ impl Pair<'_> {
         a == b || b == c || c == a
     }
 
-    /// Finds the weight of a corner that lies on the line of a ray along an axis. Such a corner differs from the origin on that
-    /// axis only, which is found by comparing. The other weights are 0. If two corners lie there, `det` is 0 too.
+    /// Finds the weight of a corner that lies on the line of a ray along an axis. Such a corner differs from the origin
+    /// on that axis only, which is found by comparing. The other weights are 0. If two corners lie there, `det` is 0
+    /// too.
     #[inline]
     pub fn corner_on_line(&self) -> Option<Weight> {
         let (o, Triangle { a, b, c }) = (self.ray.origin(), *self.triangle);

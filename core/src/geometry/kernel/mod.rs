@@ -19,8 +19,9 @@
 //! 2. An `f64` filter.
 //! 3. Where a weight is still in doubt: two others of opposite signs, two corners that are one point, a plane
 //!    that is surely crossed outside the interval. None of these needs more digits.
-//! 4. What is left is mostly a weight of exactly 0, at an edge or a corner, or a ray in the plane: for a direction along
-//!    an axis in two coordinates (`planar`), else in whole numbers of 128 bits, where coordinates allow that (`lattice`).
+//! 4. What is left is mostly a weight of exactly 0, at an edge or a corner, or a ray in the plane: for a direction
+//!    along an axis in two coordinates (`planar`), else in whole numbers of 128 bits, where coordinates allow that
+//!    (`lattice`).
 //! 5. For the rest, fixed-point numbers long enough for any coordinates (`long_sum`).
 //!
 //! Each filter compares a value with a bound on its own error; the last two stages round nothing, or know the error
@@ -44,8 +45,8 @@
 //!
 //! # Source
 //! T. Möller, B. Trumbore, *Fast, Minimum Storage Ray/Triangle Intersection*, 1997, for the volumes;
-//! J. R. Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997, for filters
-//! and stages.
+//! J. R. Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997, for
+//! filters and stages.
 
 mod exact;
 mod lattice;
@@ -67,7 +68,8 @@ pub struct Intersection {
     pub t: f32,
     /// The `f32` nearest to the exact weight of corner `b`.
     pub u: f32,
-    /// The `f32` nearest to the exact weight of corner `c`; or, if `u + v` would exceed 1, the largest with which it does not.
+    /// The `f32` nearest to the exact weight of corner `c`; or, if `u + v` would exceed 1, the largest with which it
+    /// does not.
     pub v: f32,
 }
 
@@ -137,7 +139,8 @@ pub fn meet<'p>(
     Meeting::new(pair, &volumes, volumes.hit_sign()?, t_min, t_max)
 }
 
-/// Finds the hit as [`meet`] does, for a pair of which a weight may be 0. Tests that need no exact arithmetic come first.
+/// Finds the hit as [`meet`] does, for a pair of which a weight may be 0. Tests that need no exact arithmetic come
+/// first.
 #[inline(always)]
 pub fn meet_exactly<'p>(
     ray: &'p Ray,
@@ -153,7 +156,8 @@ pub fn meet_exactly<'p>(
     if t.is_outside(t_min, t_max) {
         return None;
     }
-    // 2. Reject certain signs that are opposite, and triangles without area. A far origin is replaced by a closer point.
+    // 2. Reject certain signs that are opposite, and triangles without area. A far origin is replaced by a closer
+    // point.
     let nearer = if volumes.are_from_far() { volumes.from_nearer(&pair) } else { None };
     let volumes = nearer.as_ref().unwrap_or(volumes);
     let [u, v, w] = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);

@@ -104,8 +104,8 @@ impl Volumes {
         }
     }
 
-    /// Computes the weights again, as seen from a point of the line close to the triangle. `None` if `f64` does not hold such a
-    /// point exactly.
+    /// Computes the weights again, as seen from a point of the line close to the triangle. `None` if `f64` does not
+    /// hold such a point exactly.
     ///
     /// The volumes of the weights do not depend on where on its line a ray begins, but their bounds grow with the
     /// distance. The product of two `f32` is exact, and so is a sum that gives back both of its parts. `t` stays that
@@ -162,8 +162,8 @@ impl Volumes {
 #[derive(Clone, Copy)]
 pub(super) struct Divisor {
     error: f64,
-    /// The inverse of `det`; NaN if the error of `det` is too large a part of it. No comparison with a quotient holds then, and
-    /// exact arithmetic decides.
+    /// The inverse of `det`; NaN if the error of `det` is too large a part of it. No comparison with a quotient holds
+    /// then, and exact arithmetic decides.
     inverse: f64,
 }
 

@@ -129,8 +129,8 @@ impl Budget {
         }
     }
 
-    /// Tells whether an index whose build takes `build` could have a lower whole cost than `best`, even if its rays took no
-    /// time.
+    /// Tells whether an index whose build takes `build` could have a lower whole cost than `best`, even if its rays
+    /// took no time.
     pub fn may_win(&self, build: f64, best: f64) -> bool {
         self.whole(build, 0.0) < best
     }

@@ -27,8 +27,8 @@ const KINDS: usize = IndexKind::ALL.len();
 /// Candidates worth building.
 ///
 /// # Measured
-/// - On every built-in scene, one of these was the fastest of all kinds, and no other kind was within a factor of 1.5 of
-///   it.
+/// - On every built-in scene, one of these was the fastest of all kinds, and no other kind was within a factor of 1.5
+///   of it.
 /// - The octree hierarchy is here for its size.
 /// - The compact BVH, which is smaller still, is not here: it is a sixth slower than the wide BVH, which is less than
 ///   weights tell apart on some scenes.
@@ -50,7 +50,8 @@ pub const USUAL: &[IndexKind] = &[
     IndexKind::WideBvhHierarchy,
 ];
 
-/// Tolerance of the choice: candidates within 3% of the cheapest tie, because the weights are no more accurate than that.
+/// Tolerance of the choice: candidates within 3% of the cheapest tie, because the weights are no more accurate than
+/// that.
 const AS_GOOD: f64 = 1.03;
 
 /// Number of rays of a sample. They take a few milliseconds, little beside the builds.
@@ -61,8 +62,8 @@ const RAYS: u32 = 1024;
 pub enum Expectation {
     /// The candidate fits into the arena, at this cost.
     Fits(Cost),
-    /// The candidate was left out, for this reason: it cannot be built in the memory given or at all, or trying it would
-    /// have taken more than it may save.
+    /// The candidate was left out, for this reason: it cannot be built in the memory given or at all, or trying it
+    /// would have taken more than it may save.
     LeftOut(BuildError),
 }
 

@@ -1,12 +1,12 @@
 //! Build of a BVH by inserting one triangle after the other.
 //!
-//! 1. From the root, a triangle goes down to the child whose surface grows least, as long as that costs less than making
-//!    the triangle the sibling of the node reached.
+//! 1. From the root, a triangle goes down to the child whose surface grows least, as long as that costs less than
+//!    making the triangle the sibling of the node reached.
 //! 2. There, the node and the triangle become the children of a new node.
 //! 3. Boxes and heights are renewed on the way back.
 //!
-//! Sorted triangles would give poor trees. So triangles are inserted in a scattered order, which depends on their number
-//! only.
+//! Sorted triangles would give poor trees. So triangles are inserted in a scattered order, which depends on their
+//! number only.
 //!
 //! # Source
 //! J. Goldsmith, J. Salmon, *Automatic Creation of Object Hierarchies for Ray Tracing*, 1987. Deviation:
@@ -23,8 +23,8 @@ use crate::input::Options;
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::structure::Group;
 
-/// Node of a tree under construction. The links of an inner node are its children; those of a leaf are the first and the
-/// last triangle of a linked list.
+/// Node of a tree under construction. The links of an inner node are its children; those of a leaf are the first and
+/// the last triangle of a linked list.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct BuildNode {
@@ -58,8 +58,8 @@ pub(super) fn build(
 ) -> Result<(), BuildError> {
     let count = group.ids.len();
     let nodes = arena.take::<BuildNode>(node_count(count)).ok_or(full)?;
-    // For each triangle of the group, the next one in the list of its leaf. A list has several triangles only where no level
-    // is left.
+    // For each triangle of the group, the next one in the list of its leaf. A list has several triangles only where no
+    // level is left.
     let next = arena.take::<u32>(count).ok_or(full)?;
     next.fill(NONE);
     let mut tree = InsertionTree { nodes, next, used: 0 };
@@ -125,8 +125,8 @@ impl InsertionTree<'_> {
             at = child;
         };
 
-        // 2. Make a new node of the node and the triangle, in the node's slot. If no level is left, add the triangle to the
-        // leaf instead.
+        // 2. Make a new node of the node and the triangle, in the node's slot. If no level is left, add the triangle to
+        // the leaf instead.
         if path.len() as u32 + node.height <= MAX_DEPTH {
             let links = [self.push(node)?, self.push(leaf)?];
             *self.nodes.get_mut(at as usize)? =
@@ -150,8 +150,8 @@ impl InsertionTree<'_> {
         Some(path.len())
     }
 
-    /// Chooses the child to go down to. The inner value is `None` if the triangle belongs beside the node itself, which is
-    /// possible only if it `fits`: if a level is left for the new node.
+    /// Chooses the child to go down to. The inner value is `None` if the triangle belongs beside the node itself, which
+    /// is possible only if it `fits`: if a level is left for the new node.
     #[expect(clippy::option_option, reason = "the outer one is for `?`")]
     fn cheaper_child(
         &self,

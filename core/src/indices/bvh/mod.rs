@@ -6,9 +6,9 @@
 //! leaf:   count | id id id ...
 //! link:   offset of the node, the highest bit set for a leaf
 //! ```
-//! The default build is top-down by the binned surface-area heuristic (SAH): triangles are partitioned, by their centroids
-//! in bins, where the sum of (surface of the part's box) * (number of triangles in it) is least. The other build is by
-//! [`insertion`].
+//! The default build is top-down by the binned surface-area heuristic (SAH): triangles are partitioned, by their
+//! centroids in bins, where the sum of (surface of the part's box) * (number of triangles in it) is least. The other
+//! build is by [`insertion`].
 //!
 //! # Source
 //! T. Kay, J. Kajiya, *Ray Tracing Complex Scenes*, 1986; J. Goldsmith, J. Salmon, *Automatic Creation
@@ -218,8 +218,8 @@ impl BvhBuilder<'_, '_> {
         self.group.triangles.get(id).map_or(Aabb::EMPTY, |triangle| triangle.bounds())
     }
 
-    /// Appends the node of some triangles, and returns the link to it. `other` is a buffer as long as `ids`. The recursion is
-    /// as deep as the tree, at most 62 levels.
+    /// Appends the node of some triangles, and returns the link to it. `other` is a buffer as long as `ids`. The
+    /// recursion is as deep as the tree, at most 62 levels.
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`].
@@ -324,8 +324,8 @@ fn bin_of(centroids: &Aabb, axis: usize, triangle: &Aabb) -> usize {
     (((f64::from(c) - f64::from(lo)) / width * BINS as f64) as usize).min(BINS - 1)
 }
 
-/// Partitions `ids`: moves the lower part to the front, keeps the order within both parts, and returns the length of the
-/// lower part.
+/// Partitions `ids`: moves the lower part to the front, keeps the order within both parts, and returns the length of
+/// the lower part.
 fn partition(
     builder: &BvhBuilder<'_, '_>,
     centroids: &Aabb,

@@ -20,8 +20,8 @@
 //! So where triangles lie in one place, which no plane divides, a node becomes a leaf as soon as its share is used up,
 //! however deep the tree is elsewhere.
 //!
-//! Cost: a level files at most `n * allowance` references, each in at most nine steps and those of choosing planes. A tree
-//! of `d` levels takes at most `n * allowance * d` times that many.
+//! Cost: a level files at most `n * allowance` references, each in at most nine steps and those of choosing planes. A
+//! tree of `d` levels takes at most `n * allowance * d` times that many.
 
 use super::tree_cell::Cell;
 use crate::cost::Estimate;
@@ -46,8 +46,8 @@ const ALLOWANCE: u64 = 16;
 /// Allowance of references a triangle in a tree whose level is given; the level says how large the tree is meant to be.
 ///
 /// # Measured
-/// - An octree of level 11 with one triangle a leaf, as in the paper's tables, takes 270 references a triangle on figure
-///   4(b), 720 on figure 3.
+/// - An octree of level 11 with one triangle a leaf, as in the paper's tables, takes 270 references a triangle on
+///   figure 4(b), 720 on figure 3.
 const ALLOWANCE_OF_GIVEN_LEVEL: u64 = 4096;
 
 /// The largest number of references that a tree of `triangle_count` triangles may have.
@@ -129,8 +129,8 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// The number of references that the subtree of a part may have: in proportion to the triangles filed in the part, and at
-    /// least as many.
+    /// The number of references that the subtree of a part may have: in proportion to the triangles filed in the part,
+    /// and at least as many.
     pub fn share(&self, part: List) -> u64 {
         let product = u128::from(self.most_references) * part.len() as u128;
         product.checked_div(u128::from(self.references)).unwrap_or(0) as u64
@@ -159,8 +159,8 @@ pub(super) struct Filing<'b, 'g, 's, 'w> {
 }
 
 impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
-    /// Writes a tree, and returns its estimated cost. `root` appends the root's node, with the list of the whole group, and
-    /// returns the link to it.
+    /// Writes a tree, and returns its estimated cost. `root` appends the root's node, with the list of the whole group,
+    /// and returns the link to it.
     pub fn write(
         group: &'b Group<'g>,
         model: &CostModel,
@@ -207,8 +207,8 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         node.offset | LEAF
     }
 
-    /// Marks for each triangle of a list which parts of the cell it lies in. `None` if the parts would have more references
-    /// than the node may have, so that the node is not to be divided.
+    /// Marks for each triangle of a list which parts of the cell it lies in. `None` if the parts would have more
+    /// references than the node may have, so that the node is not to be divided.
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`].

@@ -8,13 +8,13 @@
 //! ```
 //! - Octant bit 0 is set for the upper half in x, bit 1 in y, bit 2 in z.
 //! - An axis may be left undivided; its bit is then 0 in all children.
-//! - The root cell is a cube at the lower corner of the group's box. So cells stay cubes where they are halved, and a flat
-//!   group lies on one face of the cube rather than in the middle.
+//! - The root cell is a cube at the lower corner of the group's box. So cells stay cubes where they are halved, and a
+//!   flat group lies on one face of the cube rather than in the middle.
 //! - Build and traversal compute or store the same planes, so a cell is the same closed box for both.
 //!
 //! # Invariants
-//! Every point of a triangle lies in a leaf cell in which the triangle is filed. By induction from the root, let a point
-//! lie in a cell in which its triangle is filed:
+//! Every point of a triangle lies in a leaf cell in which the triangle is filed. By induction from the root, let a
+//! point lie in a cell in which its triangle is filed:
 //! 1. On each axis choose a half that holds the point; for a point on the plane, the upper half if the triangle reaches
 //!    above the plane, else the lower.
 //! 2. By its extent, the triangle is filed in that half.
@@ -25,12 +25,12 @@
 //! # Source
 //! J. Revelles, C. Ureña, M. Lastra, *An Efficient Parametric Algorithm for Octree Traversal*, 2000.
 //! Deviations:
-//! 1. A ray that runs downwards is not reflected about the centre, because that rounds. Instead, near and far planes are
-//!    exchanged and the octant's bits flipped, which does not round.
-//! 2. Each plane's parameter is computed from its coordinate, not by averaging its neighbours', so that errors do not grow
-//!    with the level.
-//! 3. Where crossings of several planes are too close to tell their order, all cells that may come next are visited, not
-//!    one.
+//! 1. A ray that runs downwards is not reflected about the centre, because that rounds. Instead, near and far planes
+//!    are exchanged and the octant's bits flipped, which does not round.
+//! 2. Each plane's parameter is computed from its coordinate, not by averaging its neighbours', so that errors do not
+//!    grow with the level.
+//! 3. Where crossings of several planes are too close to tell their order, all cells that may come next are visited,
+//!    not one.
 //!
 //! Cells are visited in the order of their octants with flipped bits, which is front to back.
 
@@ -280,11 +280,12 @@ struct OctantBuilder<'f, 'b, 'g, 's, 'w, P> {
     division: PhantomData<P>,
 }
 
-/// Masks of the octants in the half of each axis that is entered first: bit `i` stands for octant `i`, with flipped bits.
+/// Masks of the octants in the half of each axis that is entered first: bit `i` stands for octant `i`, with flipped
+/// bits.
 const FIRST_HALF: [u32; 3] = [0b0101_0101, 0b0011_0011, 0b0000_1111];
 
-/// Finds the octants that the ray may reach within the span, as a mask by flipped bits: on each axis, the ray has to reach
-/// the octant's half.
+/// Finds the octants that the ray may reach within the span, as a mask by flipped bits: on each axis, the ray has to
+/// reach the octant's half.
 #[inline]
 fn reachable(crossings: &[AxisCrossing; 3], span: Span) -> u32 {
     let mut octants = 0xff;
@@ -367,8 +368,8 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
 fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Placement {
     let bounds = triangle.bounds();
     let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
-    // A triangle that only touches a plane is filed on its own side; one that lies in the plane, in the lower half. On an
-    // axis without a plane, everything is in the lower half.
+    // A triangle that only touches a plane is filed on its own side; one that lies in the plane, in the lower half. On
+    // an axis without a plane, everything is in the lower half.
     let mut octants = 0xff_u8;
     for axis in 0..3 {
         const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];

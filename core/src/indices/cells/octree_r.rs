@@ -1,7 +1,7 @@
 //! The octree-R: cells are divided into up to eight at the planes with the fewest estimated tests.
 //!
-//! On each axis independently, the plane is chosen for which the sum of (surface of a half) * (number of triangles in it)
-//! is least (SAH), out of 33. An axis on which no plane is better than none stays undivided, as flat scenes need.
+//! On each axis independently, the plane is chosen for which the sum of (surface of a half) * (number of triangles in
+//! it) is least (SAH), out of 33. An axis on which no plane is better than none stays undivided, as flat scenes need.
 //!
 //! # Source
 //! K.-Y. Whang et al., *Octree-R: An Adaptive Octree for Efficient Ray Tracing*, 1995. Deviations: an

@@ -45,7 +45,8 @@ pub struct Plane {
 
 /// Policy that chooses where cells are divided.
 pub trait PlanePolicy: 'static {
-    /// True if a cell is divided only if that pays by itself. If false, the automatic level is found for the whole tree.
+    /// True if a cell is divided only if that pays by itself. If false, the automatic level is found for the whole
+    /// tree.
     const PAYS_BY_ITSELF: bool;
     /// The number of looks at each triangle that choosing a plane takes.
     const LOOKS: u64;
@@ -63,8 +64,8 @@ pub trait PlanePolicy: 'static {
 /// Tree of cells that the policy `P` divides.
 pub struct PlaneTree<P>(PhantomData<P>);
 
-/// Computes the customary limit of a kd-tree's depth for `n` triangles, 8 + 1.3 log2 n; a balanced tree of `n` leaves is
-/// `log2 n` deep.
+/// Computes the customary limit of a kd-tree's depth for `n` triangles, 8 + 1.3 log2 n; a balanced tree of `n` leaves
+/// is `log2 n` deep.
 ///
 /// # Source
 /// M. Pharr, W. Jakob, G. Humphreys, *Physically Based Rendering*.

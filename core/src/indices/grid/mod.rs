@@ -3,8 +3,8 @@
 //! ```text
 //! words:  cells in x | in y | in z | first reference of each cell, and one past the last | id id id ...
 //! ```
-//! The number of a cell is `x + nx (y + ny z)`. Plane `i` across an axis of `n` cells lies at `lo + i (hi - lo) / n`, and
-//! the last plane at `hi` itself. Build and traversal compute the same planes, in `f64`.
+//! The number of a cell is `x + nx (y + ny z)`. Plane `i` across an axis of `n` cells lies at `lo + i (hi - lo) / n`,
+//! and the last plane at `hi` itself. Build and traversal compute the same planes, in `f64`.
 //!
 //! # Source
 //! J. Amanatides, A. Woo, *A Fast Voxel Traversal Algorithm for Ray Tracing*, 1987.
@@ -67,8 +67,8 @@ impl<'g> Grid<'g> {
         ]
     }
 
-    /// Counts the steps of filing the triangles once: one for each cell that a triangle's box reaches into. Cost: a look at
-    /// each triangle.
+    /// Counts the steps of filing the triangles once: one for each cell that a triangle's box reaches into. Cost: a
+    /// look at each triangle.
     fn steps(&self) -> u64 {
         let cells = |triangle: &Triangle| {
             let sides = self.cells_of(triangle).map(|(first, last)| u64::from(last - first) + 1);

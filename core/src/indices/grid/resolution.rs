@@ -30,12 +30,12 @@ const DENSITY_STEP: f64 = core::f64::consts::SQRT_2;
 /// Factor that ends the search: a grid that costs `HOPELESS` times as much as the cheapest before it.
 ///
 /// # Measured
-/// - With 1.5, some samples of 64 rays ended the search too early on the flat scenes 4(a) and 4(d), with a grid that cost
-///   20 times the best.
+/// - With 1.5, some samples of 64 rays ended the search too early on the flat scenes 4(a) and 4(d), with a grid that
+///   cost 20 times the best.
 const HOPELESS: f64 = 2.0;
 
-/// Computes the number of nearly cubic cells along each axis, `density` cells a triangle in all; one on an axis on which
-/// the box is flat.
+/// Computes the number of nearly cubic cells along each axis, `density` cells a triangle in all; one on an axis on
+/// which the box is flat.
 fn cells_for(bounds: &Aabb, triangle_count: usize, density: f64) -> [u32; 3] {
     let extent = bounds.extent();
     let wanted = (density * triangle_count as f64).max(1.0);
@@ -113,8 +113,8 @@ const STEPS_A_TRIANGLE: u64 = 4096;
 /// Steps of filing that a grid of given resolution may take in addition for each cell.
 const STEPS_A_CELL: u64 = 8;
 
-/// Makes a grid of the cells asked for. The number of cells on each axis is halved as long as filing would take more than
-/// 4,096 steps a triangle plus 8 a cell, because the boxes of triangles reach into many cells.
+/// Makes a grid of the cells asked for. The number of cells on each axis is halved as long as filing would take more
+/// than 4,096 steps a triangle plus 8 a cell, because the boxes of triangles reach into many cells.
 pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g> {
     loop {
         let grid = Grid::new(group, cells);
@@ -133,14 +133,14 @@ pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g>
 ///
 /// - Densities are tried from coarse to fine, until one is [hopeless](HOPELESS) or would take the search beyond its
 ///   budget.
-/// - A single rise of the cost does not end the search, because the cost goes up and down where planes and triangles are
-///   in step.
+/// - A single rise of the cost does not end the search, because the cost goes up and down where planes and triangles
+///   are in step.
 /// - The last grids dominate the work, and triangles that lie in one place do not fill fine grids.
 ///
 /// # What lost
-/// - A model in which all cells are alike, entered with the ratio of the surfaces: the grid hierarchy of figure 3 cost 61%
-///   more than the best density, because rays end in cells that hold something. With counting it is 6% better than any one
-///   density.
+/// - A model in which all cells are alike, entered with the ratio of the surfaces: the grid hierarchy of figure 3 cost
+///   61% more than the best density, because rays end in cells that hold something. With counting it is 6% better than
+///   any one density.
 pub(super) fn cheapest_cells(
     group: &Group<'_>,
     model: &CostModel,
@@ -243,8 +243,8 @@ fn try_rays<'r>(
             let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
                 UniformGrid::traverse(&local, ray, span, query);
         });
-    // An error is ignored: filing twice takes at most a quarter of the budget, and the tests of all rays but the last an
-    // eighth. The cells entered come on top; if they use up the budget, the search that follows tries no density.
+    // An error is ignored: filing twice takes at most a quarter of the budget, and the tests of all rays but the last
+    // an eighth. The cells entered come on top; if they use up the budget, the search that follows tries no density.
     let _ = budget.spend(spent.saturating_add(probe.steps()));
     probe
 }

@@ -1,11 +1,11 @@
 //! Traversal of the cells along a ray, front to back, with conservative crossings.
 //!
-//! Amanatides and Woo step to the neighbour whose plane is crossed first. If two planes are crossed within the rounding of
-//! each other, the first is not known. And a ray that runs in a plane never leaves two rows of cells. So this traversal
-//! goes by slices:
+//! Amanatides and Woo step to the neighbour whose plane is crossed first. If two planes are crossed within the rounding
+//! of each other, the first is not known. And a ray that runs in a plane never leaves two rows of cells. So this
+//! traversal goes by slices:
 //! 1. Slices lie across the main axis: the one along which the ray passes most cells.
-//! 2. For each slice, a range of cells that the ray may touch is kept on each of the two other axes. A range is one cell,
-//!    or two where the ray crosses a plane.
+//! 2. For each slice, a range of cells that the ray may touch is kept on each of the two other axes. A range is one
+//!    cell, or two where the ray crosses a plane.
 //! 3. The product of both ranges is tested against the crossings again.
 //!
 
@@ -52,8 +52,8 @@ impl GridAxis {
         cell
     }
 
-    /// Finds the first and the last cell in which the extent `lo..=hi` of a triangle is filed: the cells it reaches into,
-    /// and one of the two cells whose common face it lies on.
+    /// Finds the first and the last cell in which the extent `lo..=hi` of a triangle is filed: the cells it reaches
+    /// into, and one of the two cells whose common face it lies on.
     pub fn cells_of(&self, lo: f32, hi: f32) -> (u32, u32) {
         let first = self.cell_of(f64::from(lo));
         let mut last = self.cell_of(f64::from(hi));

@@ -15,8 +15,8 @@
 //! - On Zen 5 that is 0 to 2% of the time.
 //!
 //! # What lost
-//! - Both sides of eight boxes in one register of 16: 30 instructions, but more to prepare a ray for; in all, 10 ns a ray
-//!   more.
+//! - Both sides of eight boxes in one register of 16: 30 instructions, but more to prepare a ray for; in all, 10 ns a
+//!   ray more.
 #![allow(unsafe_code)]
 
 use super::simd::Portable;

@@ -13,8 +13,8 @@
 //! ```
 //!
 //! # Unsafe
-//! All of the crate's `unsafe` is calls of functions that are compiled for instructions which the processor may not have.
-//! [`SimdLevel`](crate::SimdLevel) allows such instructions only after asking the processor.
+//! All of the crate's `unsafe` is calls of functions that are compiled for instructions which the processor may not
+//! have. [`SimdLevel`](crate::SimdLevel) allows such instructions only after asking the processor.
 //!
 //! | module | calls | gain, instructions of a query |
 //! |---|---|---|

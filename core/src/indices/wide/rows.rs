@@ -1,4 +1,5 @@
-//! Rows of eight words, of which nodes and leaves consist: structure of arrays (SoA), one lane for each box or triangle.
+//! Rows of eight words, of which nodes and leaves consist: structure of arrays (SoA), one lane for each box or
+//! triangle.
 //!
 //! ```text
 //! node:   lo.x[8] | hi.x[8] | lo.y[8] | hi.y[8] | lo.z[8] | hi.z[8] | links[8] | edges[8]
@@ -7,9 +8,9 @@
 //! edge:   of a leaf, the largest component of its triangles' edges at corner a, or more; in the last 3 bits the
 //!         lane of its first triangle
 //! ```
-//! A leaf is a run of lanes. Leaves of one node share the eight lanes of a leaf's rows where they fit. All eight lanes are
-//! tested at once, however many are used. So small leaves take no rows of their own, and side by side they lie on the same
-//! cache lines.
+//! A leaf is a run of lanes. Leaves of one node share the eight lanes of a leaf's rows where they fit. All eight lanes
+//! are tested at once, however many are used. So small leaves take no rows of their own, and side by side they lie on
+//! the same cache lines.
 //!
 //! # Measured
 //! - A city takes 54 bytes a triangle instead of 56 without sharing.
@@ -17,8 +18,8 @@
 //!
 //! # Why `% LANES` and `% 3`
 //! The reduction makes the index of a lane (or of an axis) provably smaller than the array's length. So the compiler
-//! leaves out the bounds check, and no panic path is left. The value does not change, since it is in range already. By 8
-//! the reduction is at most an `and`; by 3 it disappears where the loop over the axes is unrolled. The same holds for
+//! leaves out the bounds check, and no panic path is left. The value does not change, since it is in range already. By
+//! 8 the reduction is at most an `and`; by 3 it disappears where the loop over the axes is unrolled. The same holds for
 //! `% 4`, `% N` and `% CHUNK_WORDS` in this family.
 
 use core::ops::Range;
@@ -63,8 +64,8 @@ const COUNT_SHIFT: u32 = 28;
 /// The bits of an edge that hold the first lane of the leaf.
 const LANE_MASK: u32 = LANES as u32 - 1;
 
-/// Makes the link to a leaf, and its edge: the longest edge, rounded up to a number whose last bits are the leaf's first
-/// lane.
+/// Makes the link to a leaf, and its edge: the longest edge, rounded up to a number whose last bits are the leaf's
+/// first lane.
 pub(crate) fn leaf_link(row: u32, lanes: Range<usize>, longest_edge: f32) -> [u32; 2] {
     let count = lanes.len() as u32;
     let edge = longest_edge.to_bits().saturating_add(LANE_MASK) & !LANE_MASK;

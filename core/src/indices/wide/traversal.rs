@@ -1,7 +1,8 @@
 //! Traversal: one ray, or several rays in turn, through any [`Tree`] of eight boxes a node. Knows no instruction set.
 //!
 //! 1. [`PreparedRay`] chooses the arithmetic of a ray: lanes of `f32`, or single boxes in `f64`.
-//! 2. A [`Walk`] enters a node: all eight boxes are tested at once, which gives a key for each child that the ray meets.
+//! 2. A [`Walk`] enters a node: all eight boxes are tested at once, which gives a key for each child that the ray
+//!    meets.
 //! 3. The child with the least key is entered next, the nearest first. The keys of the others wait on a stack, as one
 //!    entry a node.
 //! 4. At a leaf, all triangles are tested at once, and the query judges the candidates.
@@ -36,8 +37,8 @@ pub(crate) fn traverse<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q
 const STACK: usize = MAX_DEPTH as usize;
 
 /// Number of rays whose walks take turns: while one waits for a node or for the end of a chain of operations, the
-/// processor works for the others. One ray on targets without vector registers: such a processor does not wait, and each
-/// walk takes 2 KB of stack.
+/// processor works for the others. One ray on targets without vector registers: such a processor does not wait, and
+/// each walk takes 2 KB of stack.
 const IN_TURN: usize =
     if cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")) {
         4
@@ -166,8 +167,8 @@ impl<L: Lanes> Walk<L> {
         let Some(child) = tree.child(above, lane) else { return DONE };
         self.next = child;
         let rest = L::without(keys, lane);
-        // The entry is always written, and kept if a child is left, because a branch on that would often be mispredicted.
-        // The branch on whether the stack grows is rarely taken.
+        // The entry is always written, and kept if a child is left, because a branch on that would often be
+        // mispredicted. The branch on whether the stack grows is rarely taken.
         let entry = (rest, above);
         if let Some(slot) = self.stack.get_mut(self.height) {
             *slot = entry;
@@ -180,8 +181,8 @@ impl<L: Lanes> Walk<L> {
     }
 }
 
-/// Tells whether each box of the root has no extent on an axis on which the direction is 0. The ray hits nothing in such
-/// boxes; see [`Aabb::is_along`]. Lanes do not test this at other nodes, because every ray would pay for it.
+/// Tells whether each box of the root has no extent on an axis on which the direction is 0. The ray hits nothing in
+/// such boxes; see [`Aabb::is_along`]. Lanes do not test this at other nodes, because every ray would pay for it.
 #[cold]
 #[inline(never)]
 fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
@@ -195,8 +196,8 @@ fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
 /// Traverses a tree in `f64`, for a ray that the bounds of lanes do not hold for: box by box, triangle by triangle, the
 /// child in the last lane first.
 ///
-/// A waiting node is its link, and a bit for each child that the ray meets and that was not entered. The span in a child's
-/// box is computed again when the child is entered: kept with each child, spans would make the stack 17 KB.
+/// A waiting node is its link, and a bit for each child that the ray meets and that was not entered. The span in a
+/// child's box is computed again when the child is entered: kept with each child, spans would make the stack 17 KB.
 #[cold]
 #[inline(never)]
 fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {

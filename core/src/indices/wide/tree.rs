@@ -91,7 +91,8 @@ pub(crate) fn decide_each<L: Lanes, Q: Query>(
         match L::judge(&corners, ray, query.last_t()) {
             Verdict::Missed => {}
             Verdict::Hit(hit) => query.accept(id, hit)?,
-            // The triangle is read once more: kept until here, the corners of every triangle would be written to the stack.
+            // The triangle is read once more: kept until here, the corners of every triangle would be written to the
+            // stack.
             doubt => query.judge(id, &triangle(lane).1, doubt)?,
         }
     }

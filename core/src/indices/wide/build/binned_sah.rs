@@ -35,24 +35,24 @@ const BINS_OF_FEW: usize = 8;
 /// Number of primitives from which on there are `BINS` bins.
 const FEW: usize = 48;
 
-/// Number of primitives from which on every third is binned; see also [`EVERY_FIFTH`]. Strides are odd, because scenes are
-/// made of pairs and dozens.
+/// Number of primitives from which on every third is binned; see also [`EVERY_FIFTH`]. Strides are odd, because scenes
+/// are made of pairs and dozens.
 ///
 /// # Measured
 /// - It takes a tenth to a sixth less time, and a ray enters 2% fewer to 1.5% more nodes.
 ///
 /// # What lost
 /// - Up to every fifteenth: hardly faster, and in a city with a large floor 4% more nodes.
-/// - Repeating a split with all primitives where the sides turn out costlier than in the sample: in that city, this took
-///   all the time that was gained.
-/// - Cells of neighbours along a Morton curve as the primitives of the upper levels: no faster than this, with 1 to 5% more
-///   nodes and half as much scratch again.
+/// - Repeating a split with all primitives where the sides turn out costlier than in the sample: in that city, this
+///   took all the time that was gained.
+/// - Cells of neighbours along a Morton curve as the primitives of the upper levels: no faster than this, with 1 to 5%
+///   more nodes and half as much scratch again.
 const EVERY_THIRD: usize = 256;
 /// Number of primitives from which on every fifth is binned.
 const EVERY_FIFTH: usize = 1024;
 
-/// Splits more than eight primitives in two at the least SAH cost, or equally where no plane separates them. Returns the
-/// length of the first part, and the bounds of both.
+/// Splits more than eight primitives in two at the least SAH cost, or equally where no plane separates them. Returns
+/// the length of the first part, and the bounds of both.
 pub(crate) fn split_by_sah(
     primitives: &mut [Primitive],
     part: &PrimitiveBounds,
@@ -102,7 +102,8 @@ impl Bins {
         // of a bin into that bin.
         let count = count as f32;
         let scale = Vec4::splat(count - BIN_ERROR * (1.0 + 0.5 / count)) / (hi - lo);
-        // On an axis on which the centroids do not differ, or too little or too much for an `f32`, all are in the first bin.
+        // On an axis on which the centroids do not differ, or too little or too much for an `f32`, all are in the first
+        // bin.
         let usable = scale.cmpgt(Vec4::ZERO) & scale.cmplt(Vec4::INFINITY);
         let or_zero = |numbers| Vec4::select(usable, numbers, Vec4::ZERO);
         Self { from: or_zero(lo), scale: or_zero(scale) }
@@ -118,8 +119,8 @@ impl Bins {
         [x, y, z].map(|position| position.to_bits() as usize >> FRACTION_BITS)
     }
 
-    /// The coordinate of a plane on its axis: as far below the begin of its bin as a centroid may lie and still be rounded
-    /// into the bin.
+    /// The coordinate of a plane on its axis: as far below the begin of its bin as a centroid may lie and still be
+    /// rounded into the bin.
     fn coordinate_of(&self, plane: &BinPlane) -> f32 {
         let axis = plane.axis % 3;
         self.from.to_array()[axis] + (plane.bin as f32 - BIN_ERROR) / self.scale.to_array()[axis]
@@ -137,8 +138,8 @@ const BIN_ERROR: f32 = 1.0 / 128.0;
 /// The lower and the upper corners lie apart, so that one offset in bytes addresses both and the counts.
 ///
 /// # What lost
-/// - Boxes of eight numbers, the upper corner negated so that one minimum is enough: twice as long, because the compiler
-///   stores them through masks.
+/// - Boxes of eight numbers, the upper corner negated so that one minimum is enough: twice as long, because the
+///   compiler stores them through masks.
 struct Binned<const N: usize> {
     lo: [[Vec4; N]; 3],
     hi: [[Vec4; N]; 3],
@@ -166,8 +167,8 @@ impl<const N: usize> Binned<N> {
             }
             return binned;
         }
-        // Neighbours fall into the same bin, and would wait for each other. So primitives of both halves alternate: one after
-        // the other took up to a tenth longer.
+        // Neighbours fall into the same bin, and would wait for each other. So primitives of both halves alternate: one
+        // after the other took up to a tenth longer.
         let (left, right) = primitives.split_at_checked(primitives.len() / 2).unwrap_or_default();
         for (left, right) in left.iter().zip(right) {
             binned.add(left, 1, bins);
@@ -192,10 +193,11 @@ impl<const N: usize> Binned<N> {
         }
     }
 
-    /// Finds the plane of least SAH cost; of equals, the first axis, then the highest bin. `None` where no plane separates the
-    /// primitives, or all costs overflow.
+    /// Finds the plane of least SAH cost; of equals, the first axis, then the highest bin. `None` where no plane
+    /// separates the primitives, or all costs overflow.
     fn best_plane(&self) -> Option<BinPlane> {
-        // 1. Sweep upwards: the costs below each plane, on all axes at once. The cost of an empty side is NaN, and never less.
+        // 1. Sweep upwards: the costs below each plane, on all axes at once. The cost of an empty side is NaN, and
+        // never less.
         let mut below = [Vec4::ZERO; N];
         let mut side = Sides::EMPTY;
         for (bin, cost) in below.iter_mut().enumerate().skip(1) {
@@ -260,11 +262,11 @@ impl Sides {
     }
 }
 
-/// Partitions primitives by a plane, the cheaper side to the front. Returns the length of the front, and the bounds of both
-/// sides.
+/// Partitions primitives by a plane, the cheaper side to the front. Returns the length of the front, and the bounds of
+/// both sides.
 ///
-/// Each primitive is swapped with the first one behind the front, and the front grows if the primitive belongs there. No
-/// branch depends on a primitive, because half of those would be mispredicted.
+/// Each primitive is swapped with the first one behind the front, and the front grows if the primitive belongs there.
+/// No branch depends on a primitive, because half of those would be mispredicted.
 ///
 /// # Measured
 /// - Without that branch the build takes a tenth less time.

@@ -3,16 +3,16 @@
 //! The cost of a node is the half area of its box, because that is how often it is entered. A *forest* of a subset is a
 //! way to represent it as several subtrees side by side, whose roots become children of one node above.
 //!
-//! 1. Bottom-up, [`Forest::join`] fills a table for each binary split: the least cost of the subset as a forest of at most
-//!    1, 2, ... 8 subtrees. It follows from the tables of both halves: for each number of subtrees, the best share of them
-//!    for the left half. As one subtree, the subset is a node whose children are the best forest of eight.
+//! 1. Bottom-up, [`Forest::join`] fills a table for each binary split: the least cost of the subset as a forest of at
+//!    most 1, 2, ... 8 subtrees. It follows from the tables of both halves: for each number of subtrees, the best share
+//!    of them for the left half. As one subtree, the subset is a node whose children are the best forest of eight.
 //! 2. Each [`BinarySplit`] stores the shares that won, and the rows that the node takes.
-//! 3. Top-down, [`Subtree::children`] reads the shares: it hands eight to the split, its share to each half, and so on, until
-//!    a share is one.
+//! 3. Top-down, [`Subtree::children`] reads the shares: it hands eight to the split, its share to each half, and so on,
+//!    until a share is one.
 //!
 //! # What lost
-//! - Filling nodes from above, by dividing the costliest part until there are eight: nodes have fewer children (4.2 instead
-//!   of 6.1 on figure 4), 1 to 4 bytes a triangle more, and a ray enters up to 7% more nodes.
+//! - Filling nodes from above, by dividing the costliest part until there are eight: nodes have fewer children (4.2
+//!   instead of 6.1 on figure 4), 1 to 4 bytes a triangle more, and a ray enters up to 7% more nodes.
 //!
 //! # Source
 //! H. Ylitie, T. Karras, S. Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*,
@@ -30,8 +30,8 @@ use crate::indices::wide::rows::{LANES, LEAF_ROWS, NODE_ROWS, Packing};
 pub(crate) struct BinarySplit {
     /// The indices at which the halves are split in turn; 0 for a leaf.
     halves: [u32; 2],
-    /// For forests of two to eight subtrees, the share of the first half, three bits each; 0 if one subtree less costs as
-    /// little. Behind them, the first half's share of the eight children of a node.
+    /// For forests of two to eight subtrees, the share of the first half, three bits each; 0 if one subtree less costs
+    /// as little. Behind them, the first half's share of the eight children of a node.
     shares: u32,
     /// The number of rows as a node, with all below.
     rows: u32,
@@ -54,8 +54,8 @@ impl BinarySplit {
 pub(crate) struct Forest {
     /// The least cost: the sum of the half areas of all inner nodes.
     costs: [f32; LANES],
-    /// The rows of the cheapest forest, without those of roots that are leaves: which of them share rows is known only when
-    /// they have a node.
+    /// The rows of the cheapest forest, without those of roots that are leaves: which of them share rows is known only
+    /// when they have a node.
     rows: [u32; LANES],
     /// The roots of the cheapest forest that are leaves.
     leaves: [LeafCounts; LANES],
@@ -74,8 +74,8 @@ impl Forest {
 
     /// Computes the table of a subset that is split at the primitive `at`, in a box of this half area.
     pub fn join(left: &Self, right: &Self, at: u32, half_area: f32) -> (Self, BinarySplit) {
-        // 1. The least cost of `count` subtrees with at least one in each half, and the share of the left half; of equals,
-        // the first. More subtrees never cost more. Beside a leaf, the right half gets all but one.
+        // 1. The least cost of `count` subtrees with at least one in each half, and the share of the left half; of
+        // equals, the first. More subtrees never cost more. Beside a leaf, the right half gets all but one.
         let divided = |count: usize| {
             if left.at == 0 {
                 return (right.costs[(count - 2) % LANES], 1);
@@ -242,8 +242,8 @@ mod tests {
 
     use super::*;
 
-    /// The number of subtrees of a forest in which the inner nodes with a bit in `nodes` (counted from `next` in preorder) are
-    /// nodes, and their cost; `None` if one of them has more than eight children.
+    /// The number of subtrees of a forest in which the inner nodes with a bit in `nodes` (counted from `next` in
+    /// preorder) are nodes, and their cost; `None` if one of them has more than eight children.
     fn cost(tree: &TestTree, nodes: u32, next: &mut u32) -> Option<(usize, f32)> {
         let TestTree::Divided(half_area, left, right) = tree else { return Some((1, 0.0)) };
         let is_node = nodes >> *next & 1 == 1;

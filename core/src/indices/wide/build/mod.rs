@@ -8,8 +8,8 @@
 //!    splits are collapsed into nodes, which gives the length of each subtree.
 //! 2. Each subtree is written to where it belongs.
 //!
-//! Both passes go down the tree in branches that share no state. So an executor may run them in parallel, and the bytes are
-//! the same. A dry run is the first pass alone.
+//! Both passes go down the tree in branches that share no state. So an executor may run them in parallel, and the bytes
+//! are the same. A dry run is the first pass alone.
 //!
 //! The quantised indices begin with the first pass too, and write its [`Subtree`]s in their own form.
 
@@ -100,8 +100,8 @@ struct Sorter<'b, E> {
 }
 
 impl<E: Executor> Sorter<'_, E> {
-    /// Sorts a subset of primitives into the order of its leaves, and stores its splits. `from` is the index of its first
-    /// primitive. The recursion is as deep as the splits.
+    /// Sorts a subset of primitives into the order of its leaves, and stores its splits. `from` is the index of its
+    /// first primitive. The recursion is as deep as the splits.
     fn sort(
         &self,
         primitives: &mut [Primitive],

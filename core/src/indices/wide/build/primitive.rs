@@ -5,8 +5,8 @@ use glam::Vec4;
 
 use crate::geometry::{Box4, Triangle};
 
-/// Build primitive: the box of a triangle and, in the fourth components, its id, the upper 16 bits and the lower 16 bits
-/// as numbers.
+/// Build primitive: the box of a triangle and, in the fourth components, its id, the upper 16 bits and the lower 16
+/// bits as numbers.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(transparent)]
 pub(crate) struct Primitive(Box4);

@@ -5,12 +5,12 @@
 //! 2. below       what is below them              subtrees, depth first, in branches that may run in parallel
 //! 3. join_boxes  upper nodes, from the last on   the boxes of upper nodes below
 //! ```
-//! A node is *upper* if its subtree is longer than a page of memory. A ray passes several upper nodes: together they take
-//! few pages. Any other node lies on one page with what it leads to.
+//! A node is *upper* if its subtree is longer than a page of memory. A ray passes several upper nodes: together they
+//! take few pages. Any other node lies on one page with what it leads to.
 //!
 //! # Measured
-//! - With a million triangles, where the processor's TLB does not hold all pages: single rays took 3 to 7% less time than
-//!   with all nodes depth first, rays of a batch 2 to 4%, and both about a tenth less on a busy machine.
+//! - With a million triangles, where the processor's TLB does not hold all pages: single rays took 3 to 7% less time
+//!   than with all nodes depth first, rays of a batch 2 to 4%, and both about a tenth less on a busy machine.
 //! - With 70,000 triangles: no difference.
 //!
 //! # What lost
@@ -169,7 +169,8 @@ impl<E: Executor> Writer<'_, E> {
         }
     }
 
-    /// Phase 2: writes what is below some planned nodes, from `row` on, and these nodes, without the boxes of upper children.
+    /// Phase 2: writes what is below some planned nodes, from `row` on, and these nodes, without the boxes of upper
+    /// children.
     fn below(&self, nodes: &mut [Node], row: u32, rows: &mut [Row]) {
         let (left, right) = nodes.split_at_mut(nodes.len() / 2);
         let Some(middle) = right.first() else { return };
@@ -207,8 +208,8 @@ impl<E: Executor> Writer<'_, E> {
         Child { bounds: write_node(node, &children), link: row, edge: 0 }
     }
 
-    /// Writes sibling subtrees from `row` on, the leaves first. Upper nodes among them are not written and have no box yet;
-    /// the first is at `link`.
+    /// Writes sibling subtrees from `row` on, the leaves first. Upper nodes among them are not written and have no box
+    /// yet; the first is at `link`.
     fn children(
         &self,
         subtrees: &[Subtree<'_>],

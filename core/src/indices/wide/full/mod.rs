@@ -10,12 +10,13 @@
 //!         lane of its first triangle
 //! ```
 //! - Each triangle lies in one leaf, and nowhere else: the index has no other copy.
-//! - Nodes come from the binned surface-area heuristic (SAH), whose binary splits are collapsed: up to seven splits make a
-//!   node. They are an octant split where all three axes pay. An axis is left alone, or split twice, where that pays more.
+//! - Nodes come from the binned surface-area heuristic (SAH), whose binary splits are collapsed: up to seven splits
+//!   make a node. They are an octant split where all three axes pay. An axis is left alone, or split twice, where that
+//!   pays more.
 //! - The cluster tree is collapsed into the same nodes: a join of clusters is split into the two that were joined.
 //! - A lane without a child has an empty box. Nodes and leaves begin at multiples of 64 bytes.
-//! - Boxes and triangles are tested in `f32` with derived margins (see `simd::lanes`). The exact kernel decides whatever a
-//!   margin cannot exclude.
+//! - Boxes and triangles are tested in `f32` with derived margins (see `simd::lanes`). The exact kernel decides
+//!   whatever a margin cannot exclude.
 //!
 //! # What lost
 //! - Leaves of fewer than eight, where their triangles lie apart: 2% fewer instructions in a city for 14 bytes more a
@@ -26,14 +27,15 @@
 //!   but sorting takes as long as asking.
 //! - Other orders of the rows: see `emit`.
 //! - 16 rays of a batch in queues by their next step (nodes, leaves, ends), with no branch in between. By simulation, a
-//!   quarter fewer branch mispredictions, but a third more instructions and 0.55 to 0.8 of the speed, because the next step
-//!   waits for the queue.
+//!   quarter fewer branch mispredictions, but a third more instructions and 0.55 to 0.8 of the speed, because the next
+//!   step waits for the queue.
 //! - Three, six or eight rays in turn instead of four, and a prefetch of half a node: no difference that stands out.
-//! - Sixteen lanes: counted on splits collapsed further, a ray enters 10 to 17% fewer nodes, each of which is twice the work
-//!   in AVX2. In AVX-512, registers of sixteen numbers have not paid so far: see `dispatch`.
+//! - Sixteen lanes: counted on splits collapsed further, a ray enters 10 to 17% fewer nodes, each of which is twice the
+//!   work in AVX2. In AVX-512, registers of sixteen numbers have not paid so far: see `dispatch`.
 //! - Cutting triangles in two before the build where they leave most of their boxes empty, 5 to 60% more of them: a ray
-//!   enters up to 9% more nodes, a quarter more in a city, for at most 4% fewer tests, and no scene was faster. Embree's
-//!   spatial splits make it 0.85 to 1.05 times as fast on the same scenes and rays, and its build 3 to 8 times as slow.
+//!   enters up to 9% more nodes, a quarter more in a city, for at most 4% fewer tests, and no scene was faster.
+//!   Embree's spatial splits make it 0.85 to 1.05 times as fast on the same scenes and rays, and its build 3 to 8 times
+//!   as slow.
 //!
 //! # Source
 //! H. Dammertz, J. Hanika, A. Keller, *Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of

@@ -147,8 +147,9 @@ fn gather_triangles(triangles: &[Triangle], ids: &Row) -> Option<Leaf> {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn gather_corners(vertices: &[Vec3], corners: &[[u32; 3]], ids: &Row) -> Leaf {
-    // A vertex that does not exist is replaced, not refused: with a branch for it, the compiler takes all branches before any
-    // reads, and keeps the indices of all corners in memory until then. That is a tenth of the instructions of a leaf.
+    // A vertex that does not exist is replaced, not refused: with a branch for it, the compiler takes all branches
+    // before any reads, and keeps the indices of all corners in memory until then. That is a tenth of the instructions
+    // of a leaf.
     //
     // A vertex is read as x, y, y, z: two reads, neither of which goes beyond the last vertex.
     let vertex = |index: u32| {

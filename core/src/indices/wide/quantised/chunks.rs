@@ -7,11 +7,11 @@
 //! chunk:  edge and counts | corners a, b, c: a word each, 4 bits a triangle | x.. | y.. | z.. | ids..
 //! counts: more chunks (1 bit) | vertices - 1 (4 bits) | triangles - 1 (3 bits)
 //! ```
-//! - A chunk lists each of its vertices once, as the exact floats that it was built from. A triangle says which three are
-//!   its corners.
+//! - A chunk lists each of its vertices once, as the exact floats that it was built from. A triangle says which three
+//!   are its corners.
 //! - A chunk has up to 16 vertices. Triangles that need more vertices start another chunk.
-//! - The edge is the largest component of the triangles' edges at corner a. It is stored as the upper 16 bits of a float,
-//!   rounded up.
+//! - The edge is the largest component of the triangles' edges at corner a. It is stored as the upper 16 bits of a
+//!   float, rounded up.
 //! - The corners of eight triangles are unpacked at once.
 //! - The words end with as many zeros as the largest chunk has words, so that any chunk can be read in one piece.
 

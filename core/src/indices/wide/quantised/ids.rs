@@ -7,8 +7,8 @@
 //! x:      lo | hi, 16 bits each, the lower half first; y and z likewise
 //! leaf:   ids..
 //! ```
-//! - A node has links and planes of its children only. It is read in place as a node of eight, and the garbage in unused
-//!   lanes is ignored.
+//! - A node has links and planes of its children only. It is read in place as a node of eight, and the garbage in
+//!   unused lanes is ignored.
 //! - Both planes of a box share a word, and links come first. So an odd number of children leaves no gap, lanes choose
 //!   between near and far planes without a copy of the node, and a link is found without the number of children.
 //! - At a leaf, the corners of its triangles are gathered into rows, and tested as those of the wide BVH. Their longest
@@ -63,8 +63,8 @@ fn boxes_at(words: &[u32], link: u32) -> Option<FewBoxes<'_>> {
     Some(FewBoxes { anchor, step, sides: [row(1)?, row(2)?, row(3)?], last_lane })
 }
 
-/// Reads the ids of a leaf in place, and the last lane that is used; other lanes hold the words that follow. `None` for the
-/// link of an unused lane, which leads past the end.
+/// Reads the ids of a leaf in place, and the last lane that is used; other lanes hold the words that follow. `None` for
+/// the link of an unused lane, which leads past the end.
 #[inline(always)]
 fn ids_at(words: &[u32], link: u32) -> Option<(&Row, usize)> {
     let (offset, last_lane) = decoded(link);

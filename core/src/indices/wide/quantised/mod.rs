@@ -7,14 +7,15 @@
 //! ```
 //! - Of a node, the lean BVH stores only what its children need: see `ids`.
 //! - The leaves of the compact BVH hold the triangles: see `chunks`.
-//! - The tree is that of the wide BVH, and so are traversal and triangle tests. Only the form of nodes and leaves differs.
+//! - The tree is that of the wide BVH, and so are traversal and triangle tests. Only the form of nodes and leaves
+//!   differs.
 //! - The planes of a node's boxes are `anchor + q * step`, `q` a number of 16 bits. They are rounded outwards, and kept
 //!   where they can be: see `node`. Eight planes are unpacked at once.
 //! - An unused lane has a link past the end.
 //!
 //! # What lost
-//! - AVX-512: with it, compilers turn the corners of one triangle into a gather, and rays take 5 to 8% longer on Zen 5. So
-//!   AVX2 is used where AVX-512 is allowed.
+//! - AVX-512: with it, compilers turn the corners of one triangle into a gather, and rays take 5 to 8% longer on Zen 5.
+//!   So AVX2 is used where AVX-512 is allowed.
 //!
 //! # Source
 //! C. Benthin, I. Wald, S. Woop, A. Áfra, *Compressed-Leaf Bounding Volume Hierarchies*, 2018, for the idea of
@@ -53,8 +54,8 @@ use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Described, DividedScene, Sections, Statistics, Structure};
 
-/// Compact BVH: a BVH8 in 16 bits, over the whole scene or, in a hierarchy, over its clusters. 25 to 30 bytes a triangle,
-/// with all that queries need.
+/// Compact BVH: a BVH8 in 16 bits, over the whole scene or, in a hierarchy, over its clusters. 25 to 30 bytes a
+/// triangle, with all that queries need.
 ///
 /// It holds the triangles, so it cannot lie [beside](crate::Scene::beside) a mesh.
 pub type CompactBvh = QuantisedBvh<Chunks>;
@@ -132,7 +133,8 @@ const EMPTY: u32 = u32::MAX;
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct QuantisedNode {
-    /// For each axis the planes of the lower sides, then those of the upper; lane 0 is in the lower half of the first word.
+    /// For each axis the planes of the lower sides, then those of the upper; lane 0 is in the lower half of the first
+    /// word.
     planes: [[[u32; 4]; 2]; 3],
     anchor: [f32; 3],
     step: [f32; 3],

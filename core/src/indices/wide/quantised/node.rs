@@ -1,4 +1,5 @@
-//! Quantised boxes, 16 bits a side: never smaller than the given ones, and the same where a plane can be represented exactly.
+//! Quantised boxes, 16 bits a side: never smaller than the given ones, and the same where a plane can be represented
+//! exactly.
 //!
 //! - A plane is the `f32` nearest to `anchor + q * step`.
 //! - The anchor is the node's own lower side, and the step a power of two. So `q * step` is exact, and for planes on a
@@ -6,13 +7,13 @@
 //! - Any other plane is that of the next `q` further outside. This is up to a 32,768th of the node's extent.
 //! - The encoder compares the very planes that traversals decode. So no error bound is needed: to a traversal they are
 //!   ordinary planes.
-//! - Lanes add in `f32`. The encoder and all else add in `f64`, where a product cannot overflow, and round then. Both give
-//!   the `f32` nearest to the sum, because a sum of two `f32` that is rounded to 53 bits first rounds the same way
+//! - Lanes add in `f32`. The encoder and all else add in `f64`, where a product cannot overflow, and round then. Both
+//!   give the `f32` nearest to the sum, because a sum of two `f32` that is rounded to 53 bits first rounds the same way
 //!   (S. Figueroa, *When Is Double Rounding Innocuous?*, 1995).
 //!
 //! # What lost
-//! - 8 bits, and steps that are no powers of two: 1.4 to 2.3 bytes a triangle less, but rays entered 2 to 36% more nodes,
-//!   most where boxes touch.
+//! - 8 bits, and steps that are no powers of two: 1.4 to 2.3 bytes a triangle less, but rays entered 2 to 36% more
+//!   nodes, most where boxes touch.
 //! - 16 bits, and such steps: up to 28% more nodes.
 
 use super::{EMPTY, NODE_WORDS, QuantisedNode};

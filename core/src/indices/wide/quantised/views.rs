@@ -42,7 +42,8 @@ pub(super) trait Unpack: Lanes {
     /// Tests the boxes of a node of the lean BVH; see [`Lanes::meet_boxes`]. Unused lanes get `FAR`.
     fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys;
 
-    /// Tests the triangles of a leaf of the lean BVH; see [`Lanes::meet_triangles`]. The bits of unused lanes are arbitrary.
+    /// Tests the triangles of a leaf of the lean BVH; see [`Lanes::meet_triangles`]. The bits of unused lanes are
+    /// arbitrary.
     fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates;
 }
 

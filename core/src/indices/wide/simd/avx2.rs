@@ -1,8 +1,9 @@
 //! Lanes in AVX2: eight numbers in one register.
 //!
-//! - Boxes and eight triangles: the same operations in the same order as in [`Portable`](super::Portable), which the compiler
-//!   turns into much longer code. No FMA, so that both give the same bits.
-//! - [`judge`]: a filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the kernel's own.
+//! - Boxes and eight triangles: the same operations in the same order as in [`Portable`](super::Portable), which the
+//!   compiler turns into much longer code. No FMA, so that both give the same bits.
+//! - [`judge`]: a filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the
+//!   kernel's own.
 //!
 //! `unsafe` here is calling functions that are compiled for instructions which the processor may not have; see
 //! [`wide`](crate::indices::wide). It is worth about a third of the time of a query.
@@ -43,8 +44,8 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> __m128i {
-        // SAFETY: only traversals compiled for AVX2, or for AVX-512, which includes it, use these lanes. The calls of all
-        // functions below are safe for the same reason.
+        // SAFETY: only traversals compiled for AVX2, or for AVX-512, which includes it, use these lanes. The calls of
+        // all functions below are safe for the same reason.
         unsafe { meet_boxes(node, ray, last) }
     }
 
@@ -271,8 +272,8 @@ fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Can
     Candidates { any: !bits(missed), sure }
 }
 
-/// Filters one triangle: the kernel's `f64` filter in four lanes, with the kernel's bounds. The kernel decides what is left
-/// in doubt, so no answer depends on where doubt begins.
+/// Filters one triangle: the kernel's `f64` filter in four lanes, with the kernel's bounds. The kernel decides what is
+/// left in doubt, so no answer depends on where doubt begins.
 ///
 /// ```text
 /// lane:  0          1      2      3

@@ -1,7 +1,8 @@
 //! Lanes: the trait of tests of eight boxes or eight triangles against one ray, in `f32`, and their margins.
 //!
 //! - [`Portable`](super::Portable) has two vectors of four.
-//! - [`Avx2`](super::Avx2) has the same operations in the same order, without FMA, in one vector of eight; for AVX-512 too.
+//! - [`Avx2`](super::Avx2) has the same operations in the same order, without FMA, in one vector of eight; for AVX-512
+//!   too.
 //!
 //! Nothing here decides a hit; the margins keep whatever is in doubt.
 //!
@@ -12,18 +13,18 @@
 //!
 //! # Boxes
 //! Let `u = 2^-24`.
-//! 1. `(o - plane) * factor` has four roundings: the difference, the inverse of the direction, its scaling, the product. So
-//!    it is off by less than `(1 + u)^4`, and by 2^-149 where it underflows.
-//! 2. The factors of entries are scaled by `1 - 2^-21` and those of exits by `1 + 2^-21`. So a positive entry is never late
-//!    and a positive exit never early.
+//! 1. `(o - plane) * factor` has four roundings: the difference, the inverse of the direction, its scaling, the
+//!    product. So it is off by less than `(1 + u)^4`, and by 2^-149 where it underflows.
+//! 2. The factors of entries are scaled by `1 - 2^-21` and those of exits by `1 + 2^-21`. So a positive entry is never
+//!    late and a positive exit never early.
 //! 3. 2^-120 is added to the exit, for the underflows and for hits that round up to 0.
 //! 4. A negative entry counts as `t_min`. A negative exit means that the box lies behind.
 //! 5. A hit that rounds to `t_min` or to the last `t` lies within half an ulp of it, which the factors cover too.
 //! 6. A ray in a plane gives 0 * inf = NaN, which the comparisons ignore.
 //!
 //! # Triangles
-//! They are tested by the `f32` filter of `geometry::kernel`, with the same bounds. A triangle is also rejected if `t` times
-//! `det` is surely beyond the last `t` times `det`, or surely before `t_min` times `det`.
+//! They are tested by the `f32` filter of `geometry::kernel`, with the same bounds. A triangle is also rejected if `t`
+//! times `det` is surely beyond the last `t` times `det`, or surely before `t_min` times `det`.
 //!
 //! The error of `det * t` is at most `56 u S E^2`. That of `last * det` is `48 u last D E^2`, and, as `det` is at most
 //! `6 D E^2`, `6 u last D E^2` for each of: the product, the sum with the margin, the rounding of the reported `t`. 80
@@ -39,8 +40,8 @@ use crate::geometry::{Ray, Triangle};
 use crate::indices::wide::rows::{Leaf, Node, Row};
 use crate::query::Query;
 
-/// Ray prepared for lanes. Vectors have three components and a fourth, which is 0 in the first two vectors, because four are
-/// read and written at once.
+/// Ray prepared for lanes. Vectors have three components and a fourth, which is 0 in the first two vectors, because
+/// four are read and written at once.
 #[derive(Clone, Copy)]
 pub(crate) struct LaneRay {
     pub origin: [f32; 4],
@@ -53,8 +54,8 @@ pub(crate) struct LaneRay {
     pub leave: [f32; 4],
     /// Byte order that swaps the sides of a box where the direction is negative: twos there, else zeros.
     ///
-    /// A word of the lean BVH has a box's lower side in its lower half. XORed to the order of the word's bytes, this brings
-    /// the side by which the ray enters into the lower half.
+    /// A word of the lean BVH has a box's lower side in its lower half. XORed to the order of the word's bytes, this
+    /// brings the side by which the ray enters into the lower half.
     #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
     pub swap: [u32; 4],
     /// The largest absolute value of the direction's components.
@@ -83,8 +84,8 @@ const R: f32 = f32::EPSILON / 2.0;
 pub(crate) const SUM: f32 = 64.0 * R;
 /// Factor of the margins of `t` and `det`; see "Triangles".
 pub(crate) const DISTANCE: f32 = 80.0 * R;
-/// Absolute slack for `t_min` and the last `t` near zero, where the relative bounds do not hold: another `t` may be rounded
-/// to one of them. 2^-150 would be enough, and slow: it is no normal number.
+/// Absolute slack for `t_min` and the last `t` near zero, where the relative bounds do not hold: another `t` may be
+/// rounded to one of them. 2^-150 would be enough, and slow: it is no normal number.
 pub(crate) const ROUNDED: f32 = 8.271_806e-25; // 2^-80
 
 /// Ray, prepared with the arithmetic that its traversal takes.
@@ -213,8 +214,8 @@ pub(crate) trait Lanes {
     /// Splats a number to all lanes.
     fn all(number: f32) -> Self::Numbers;
 
-    /// Tests eight boxes. For each, the key of a lower bound on the parameter at which the ray enters; `FAR` for a box that
-    /// the ray does not meet up to `last`.
+    /// Tests eight boxes. For each, the key of a lower bound on the parameter at which the ray enters; `FAR` for a box
+    /// that the ray does not meet up to `last`.
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys;
 
     /// Prefetches the first rows of a node or of a leaf, which the walk needs in its next turn.
@@ -233,11 +234,12 @@ pub(crate) trait Lanes {
     /// The largest component of each triangle's edges at corner a.
     fn edges(leaf: &Leaf) -> Self::Numbers;
 
-    /// Tests eight triangles for hits in `t_min..=last`. The bits of unused lanes are arbitrary. No component of an edge at
-    /// corner a is larger than `edges`.
+    /// Tests eight triangles for hits in `t_min..=last`. The bits of unused lanes are arbitrary. No component of an
+    /// edge at corner a is larger than `edges`.
     ///
-    /// A ray whose direction has a component 0 hits no triangle without extent on that axis; see [`Triangle::is_along`]. The
-    /// filter cannot reject a triangle in whose plane the ray runs. So a leaf of such triangles is tested for that first.
+    /// A ray whose direction has a component 0 hits no triangle without extent on that axis; see
+    /// [`Triangle::is_along`]. The filter cannot reject a triangle in whose plane the ray runs. So a leaf of such
+    /// triangles is tested for that first.
     #[inline(always)]
     fn meet_triangles<Q: Query>(
         leaf: &Leaf,

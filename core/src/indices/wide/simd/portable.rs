@@ -136,8 +136,8 @@ fn cross(a: EightPoints, b: EightPoints) -> EightPoints {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// Tests eight boxes, as [`Lanes::meet_boxes`] does. For each axis, `planes` gives the sides by which the ray enters, and the
-/// sides by which it leaves.
+/// Tests eight boxes, as [`Lanes::meet_boxes`] does. For each axis, `planes` gives the sides by which the ray enters,
+/// and the sides by which it leaves.
 #[inline(always)]
 pub(crate) fn meet_planes(
     ray: &LaneRay,
