@@ -119,7 +119,7 @@ impl Bins {
         [x, y, z].map(|position| position.to_bits() as usize >> FRACTION_BITS)
     }
 
-    /// The coordinate of a plane on its axis: as far below the begin of its bin as a centroid may lie and still be
+    /// The coordinate of a plane on its axis: as far below the start of its bin as a centroid may lie and still be
     /// rounded into the bin.
     fn coordinate_of(&self, plane: &BinPlane) -> f32 {
         let axis = plane.axis % 3;
@@ -182,7 +182,7 @@ impl<const N: usize> Binned<N> {
         binned
     }
 
-    /// Adds a primitive that stands for `count` primitives of the sample.
+    /// Adds a primitive, which stands for `count` primitives of the subset.
     #[inline(always)]
     fn add(&mut self, primitive: &Primitive, count: i32, bins: &Bins) {
         for (axis, bin) in bins.of(primitive).into_iter().enumerate() {

@@ -48,7 +48,7 @@ const MORE_CHUNKS: u32 = 1 << 7;
 /// The bits of a chunk's first word that are the edge.
 const EDGE: u32 = 0xffff_0000;
 
-/// Window of as many words as the largest chunk has, from the begin of a chunk.
+/// Window of as many words as the largest chunk has, from the start of a chunk.
 pub(super) type Chunk = [u32; CHUNK_WORDS];
 
 /// The number of triangles of a chunk, 1 to 8.
