@@ -7,6 +7,7 @@ use core::ops::ControlFlow;
 
 use super::rows::{EMPTY, LANES};
 use super::simd::{LaneRay, Lanes};
+use crate::Vec3;
 use crate::geometry::kernel::Verdict;
 use crate::geometry::{Aabb, Triangle};
 use crate::query::{Query, TriangleId};
@@ -93,8 +94,34 @@ pub(crate) fn decide_each<L: Lanes, Q: Query>(
             Verdict::Hit(hit) => query.accept(id, hit)?,
             // The triangle is read once more: kept until here, the corners of every triangle would be written to the
             // stack.
-            doubt => query.judge(id, &triangle(lane).1, doubt)?,
+            doubt => {
+                let (triangle_again, direction) = (triangle(lane).1, query.ray().direction());
+                if triangle_again.is_along(direction) {
+                    candidates = without_flat(candidates, direction, &triangle);
+                } else {
+                    query.judge(id, &triangle_again, doubt)?;
+                }
+            }
         }
     }
     ControlFlow::Continue(())
+}
+
+/// Takes out the triangles that have no extent on an axis on which the direction is 0: the ray hits none of them, see
+/// [`Triangle::is_along`]. The filters cannot reject one in whose plane the ray runs, and in a large plane there are
+/// many.
+///
+/// # What lost
+/// Taking them out before the filter: a ray in a large plane takes a third of the instructions, but every ray 1% to 2%
+/// more.
+#[cold]
+#[inline(never)]
+fn without_flat(
+    candidates: u32,
+    direction: Vec3,
+    triangle: &impl Fn(usize) -> (TriangleId, Triangle),
+) -> u32 {
+    let is_flat = |lane: &usize| triangle(*lane).1.is_along(direction);
+    let lanes = (0..LANES).filter(|lane| candidates >> lane & 1 != 0);
+    lanes.filter(is_flat).fold(candidates, |left, lane| left & !(1 << lane))
 }

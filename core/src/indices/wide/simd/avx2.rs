@@ -10,16 +10,15 @@
 #![allow(unsafe_code)]
 
 use core::arch::x86_64::{
-    __m128i, __m256, __m256i, _CMP_EQ_OQ, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps,
-    _mm_cmpeq_ps, _mm_cvtsi128_si32, _mm_minpos_epu16, _mm_movemask_ps, _mm_or_si128,
-    _mm_packus_epi32, _mm_prefetch, _mm_set_ps, _mm_set1_ps, _mm_test_all_ones, _mm256_add_pd,
-    _mm256_add_ps, _mm256_and_ps, _mm256_andnot_pd, _mm256_andnot_ps, _mm256_blend_pd,
-    _mm256_castps_si256, _mm256_castsi256_si128, _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cvtpd_ps,
-    _mm256_cvtps_pd, _mm256_extracti128_si256, _mm256_hadd_pd, _mm256_max_pd, _mm256_max_ps,
-    _mm256_min_ps, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps,
-    _mm256_or_ps, _mm256_permute_pd, _mm256_permute2f128_pd, _mm256_permute4x64_pd, _mm256_set_pd,
-    _mm256_set1_pd, _mm256_set1_ps, _mm256_setzero_ps, _mm256_srli_epi32, _mm256_sub_pd,
-    _mm256_sub_ps, _mm256_xor_ps,
+    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps, _mm_cmpeq_ps,
+    _mm_cvtsi128_si32, _mm_minpos_epu16, _mm_movemask_ps, _mm_or_si128, _mm_packus_epi32,
+    _mm_prefetch, _mm_set_ps, _mm_set1_ps, _mm_test_all_ones, _mm256_add_pd, _mm256_add_ps,
+    _mm256_and_ps, _mm256_andnot_pd, _mm256_andnot_ps, _mm256_blend_pd, _mm256_castps_si256,
+    _mm256_castsi256_si128, _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cvtpd_ps, _mm256_cvtps_pd,
+    _mm256_extracti128_si256, _mm256_hadd_pd, _mm256_max_pd, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps,
+    _mm256_permute_pd, _mm256_permute2f128_pd, _mm256_permute4x64_pd, _mm256_set_pd,
+    _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
 };
 
 use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
@@ -86,15 +85,14 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn are_flat(leaf: &Leaf, axes: u32) -> bool {
+    fn meet_triangles<Q: Query>(
+        leaf: &Leaf,
+        ray: &LaneRay,
+        edges: __m256,
+        last: f32,
+    ) -> Candidates {
         // SAFETY: see `meet_boxes`.
-        unsafe { are_flat(leaf, axes) }
-    }
-
-    #[inline(always)]
-    fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Candidates {
-        // SAFETY: see `meet_boxes`.
-        unsafe { filter::<Q>(leaf, ray, edges, last) }
+        unsafe { meet_triangles::<Q>(leaf, ray, edges, last) }
     }
 
     #[inline(always)]
@@ -194,21 +192,7 @@ fn edges(leaf: &Leaf) -> __m256 {
 /// Filters eight triangles, in the phases of `portable`.
 #[inline]
 #[target_feature(enable = "avx2")]
-fn are_flat(leaf: &Leaf, axes: u32) -> bool {
-    let equal = |x, y| _mm256_cmp_ps::<_CMP_EQ_OQ>(x, y);
-    let mut flat = _mm256_setzero_ps();
-    for axis in 0..3 {
-        if axes >> axis & 1 != 0 {
-            let (a, b, c) = (load(&leaf[axis]), load(&leaf[3 + axis]), load(&leaf[6 + axis]));
-            flat = _mm256_or_ps(flat, _mm256_and_ps(equal(a, b), equal(a, c)));
-        }
-    }
-    _mm256_movemask_ps(flat) == (1 << LANES) - 1
-}
-
-#[inline]
-#[target_feature(enable = "avx2")]
-fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Candidates {
+fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Candidates {
     let sign = all(-0.0);
     let negated = |x| _mm256_xor_ps(sign, x);
     let abs = |x| _mm256_andnot_ps(sign, x);

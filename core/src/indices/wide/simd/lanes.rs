@@ -60,8 +60,6 @@ pub(crate) struct LaneRay {
     pub swap: [u32; 4],
     /// The largest absolute value of the direction's components.
     pub reach: f32,
-    /// The axes on which the direction is 0, one bit each.
-    pub still: u32,
     pub t_min: f32,
 }
 
@@ -114,7 +112,6 @@ impl PreparedRay {
         if !tame {
             return Self::F64;
         }
-        let mut still = 0;
         if large_enough != COMPONENTS {
             let zero = sizes.cmpeq(Vec4::ZERO).bitmask();
             if (large_enough | zero) & COMPONENTS != COMPONENTS {
@@ -123,7 +120,6 @@ impl PreparedRay {
             if !may_hit() {
                 return Self::Missed;
             }
-            still = zero & COMPONENTS;
         }
         let inverse = Vec4::NEG_ONE / direction;
         Self::Lanes(LaneRay {
@@ -138,7 +134,6 @@ impl PreparedRay {
                 Vec4::ZERO,
             )),
             reach: sizes.max_element(),
-            still,
             t_min: ray.t_min(),
         })
     }
@@ -156,7 +151,6 @@ impl LaneRay {
             #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
             swap: [0; 4],
             reach: 0.0,
-            still: 0,
             t_min: 0.0,
         }
     };
@@ -191,9 +185,6 @@ pub(crate) struct Candidates {
 }
 
 impl Candidates {
-    /// The result for triangles of which none is hit.
-    pub const NONE: Self = Self { any: 0, sure: 0 };
-
     /// Tells the query if a triangle in `lanes` is surely hit. Returns the triangles in `lanes` that it has to judge.
     #[inline(always)]
     pub fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {
@@ -236,28 +227,12 @@ pub(crate) trait Lanes {
 
     /// Tests eight triangles for hits in `t_min..=last`. The bits of unused lanes are arbitrary. No component of an
     /// edge at corner a is larger than `edges`.
-    ///
-    /// A ray whose direction has a component 0 hits no triangle without extent on that axis; see
-    /// [`Triangle::is_along`]. The filter cannot reject a triangle in whose plane the ray runs. So a leaf of such
-    /// triangles is tested for that first.
-    #[inline(always)]
     fn meet_triangles<Q: Query>(
         leaf: &Leaf,
         ray: &LaneRay,
         edges: Self::Numbers,
         last: f32,
-    ) -> Candidates {
-        if ray.still != 0 && Self::are_flat(leaf, ray.still) {
-            return Candidates::NONE;
-        }
-        Self::filter::<Q>(leaf, ray, edges, last)
-    }
-
-    /// Tells whether every triangle of a leaf has no extent on one of the `axes`, one bit each.
-    fn are_flat(leaf: &Leaf, axes: u32) -> bool;
-
-    /// Filters eight triangles, for [`Lanes::meet_triangles`].
-    fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: Self::Numbers, last: f32) -> Candidates;
+    ) -> Candidates;
 
     /// Filters one triangle before the kernel decides.
     #[inline(always)]

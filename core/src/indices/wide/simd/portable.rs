@@ -46,13 +46,6 @@ impl Eight {
         a.cmplt(c).bitmask() | b.cmplt(d).bitmask() << 4
     }
 
-    /// Compares: one bit for each lane in which both numbers are equal.
-    #[inline(always)]
-    fn equal(self, other: Self) -> u32 {
-        let ([a, b], [c, d]) = (self.0, other.0);
-        a.cmpeq(c).bitmask() | b.cmpeq(d).bitmask() << 4
-    }
-
     /// Compares: one bit for each lane in which `self` is greater.
     #[inline(always)]
     fn above(self, other: Self) -> u32 {
@@ -201,17 +194,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn are_flat(leaf: &Leaf, axes: u32) -> bool {
-        let mut flat = 0;
-        for axis in (0..3).filter(|axis| axes >> axis & 1 != 0) {
-            let [a, b, c] = [axis, 3 + axis, 6 + axis].map(|row| Eight::of(&leaf[row]));
-            flat |= a.equal(b) & a.equal(c);
-        }
-        flat == (1 << LANES) - 1
-    }
-
-    #[inline(always)]
-    fn filter<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: Eight, last: f32) -> Candidates {
+    fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: Eight, last: f32) -> Candidates {
         let all = Eight::all;
         let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
 
