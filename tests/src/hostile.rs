@@ -3,9 +3,7 @@
 //! `from_bytes` may refuse them. If it does not, every query must end, stay inside, and do no more
 //! work than there are words in the bytes.
 
-use arboleda::{
-    AnyIndex, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray, RayIndex, Triangle, Vec3,
-};
+use arboleda::{AnyIndex, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray, Triangle, Vec3};
 
 use crate::build::Built;
 use crate::{parallel, rays, scenes};

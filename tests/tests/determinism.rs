@@ -7,8 +7,7 @@
 
 use arboleda::kinds::{CompactBvh, LeanBvh, Representation, WideBvh};
 use arboleda::{
-    Counters, Executor, Hit, Index, IndexKind, Options, Ray, RayIndex, Scene, SimdLevel, Triangle,
-    Vec3,
+    Counters, Executor, Hit, Index, IndexKind, Options, Ray, Scene, SimdLevel, Triangle, Vec3,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;

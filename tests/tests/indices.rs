@@ -2,8 +2,7 @@
 //! asks for: on random scenes, and on each kind of scene that is likely to break something.
 
 use arboleda::{
-    BuildError, Counters, IndexKind, Level, MeshError, Options, Ray, RayIndex, Scene, Triangle,
-    Vec3,
+    BuildError, Counters, IndexKind, Level, MeshError, Options, Ray, Scene, Triangle, Vec3,
 };
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::every_index_equals_linear;

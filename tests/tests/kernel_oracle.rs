@@ -6,7 +6,7 @@
 
 use arboleda::kinds::WideBvh;
 use arboleda::{
-    Block, Index, Intersection, Options, Ray, RayIndex, Scene, SimdLevel, Triangle, Vec3, intersect,
+    Block, Index, Intersection, Options, Ray, Scene, SimdLevel, Triangle, Vec3, intersect,
 };
 use arboleda_tests::pairs::{self, Family};
 use arboleda_tests::random::Random;

@@ -6,7 +6,7 @@
 
 use std::time::Instant;
 
-use arboleda::{IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3};
+use arboleda::{IndexKind, Options, Ray, Scene, Triangle, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::checks::bits;
 use arboleda_tests::random::Random;

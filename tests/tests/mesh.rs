@@ -5,9 +5,7 @@
 //! `arboleda_tests::checks`.
 
 use arboleda::kinds::LeanBvh;
-use arboleda::{
-    BuildError, Index, IndexKind, Mesh, MeshError, OpenError, Options, RayIndex, Scene, Vec3,
-};
+use arboleda::{BuildError, Index, IndexKind, Mesh, MeshError, OpenError, Options, Scene, Vec3};
 use arboleda_tests::build::{Built, build_exactly};
 use arboleda_tests::checks::{all_hits, is_the_same};
 use arboleda_tests::hostile::{

@@ -2,8 +2,8 @@
 
 use arboleda::kinds::{Clustered, Linear, Octree, WideBvh};
 use arboleda::{
-    AnyIndex, Block, BuildError, Index, IndexKind, Mesh, OpenError, Options, Ray, RayIndex, Scene,
-    Stored, Triangle, Vec3,
+    AnyIndex, Block, BuildError, Index, IndexKind, Mesh, OpenError, Options, Ray, Scene, Stored,
+    Triangle, Vec3,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::scenes;

@@ -1,9 +1,7 @@
 //! The automatic selection of an index: what it chooses, that memory limits it, and that it is the same everywhere.
 
 use arboleda::select::{Expectation, Selection, select};
-use arboleda::{
-    Block, BuildError, Float64, IndexKind, MeshError, Options, RayIndex, Scene, Triangle, Vec3,
-};
+use arboleda::{Block, BuildError, Float64, IndexKind, MeshError, Options, Scene, Triangle, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::{rays, scenes};
 

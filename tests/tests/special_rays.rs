@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use arboleda::{AnyIndex, IndexKind, Options, Ray, RayIndex, Scene, Triangle, Vec3};
+use arboleda::{AnyIndex, IndexKind, Options, Ray, Scene, Triangle, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::random::Random;
 

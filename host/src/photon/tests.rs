@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use arboleda::{IndexKind, RayIndex, TriangleId, Vec3};
+use arboleda::{IndexKind, TriangleId, Vec3};
 
 use super::fixtures::{Built, closed_box, lamp, model, quad, sphere};
 use super::{Counting, PathEnd, ShootOptions, Shot, Tracer, shoot};

@@ -1,4 +1,4 @@
-//! SimdLevel of `f64`, for what `f32` is too coarse for: points on triangles, normals, frames.
+//! Vectors of `f64`, for what `f32` is too coarse for: points on triangles, normals, frames.
 //!
 //! Every operation is the plain sum of products from left to right, without fused steps, so that the
 //! bits are the same on every target.

@@ -141,6 +141,8 @@ pub fn meet<'p>(
 
 /// Finds the hit as [`meet`] does, for a pair of which a weight may be 0. Tests that need no exact arithmetic come
 /// first.
+// Forced: each caller is a function of its own for this, and two calls would be one too many.
+#[allow(clippy::inline_always)]
 #[inline(always)]
 pub fn meet_exactly<'p>(
     ray: &'p Ray,
@@ -158,7 +160,7 @@ pub fn meet_exactly<'p>(
     }
     // 2. Reject certain signs that are opposite, and triangles without area. A far origin is replaced by a closer
     // point.
-    let nearer = if volumes.are_from_far() { volumes.from_nearer(&pair) } else { None };
+    let nearer = if volumes.are_from_far() { volumes.seen_from_nearer(&pair) } else { None };
     let volumes = nearer.as_ref().unwrap_or(volumes);
     let [u, v, w] = [volumes.u, volumes.v, volumes.w].map(Approximate::certain_sign);
     if (u > 0 || v > 0 || w > 0) && (u < 0 || v < 0 || w < 0) {
@@ -179,7 +181,7 @@ pub fn meet_exactly<'p>(
     };
     let known = |sign: i32, volume| if sign == 0 { Approximate::ZERO } else { volume };
     let (u, v) = (known(u, volumes.u), known(v, volumes.v));
-    Meeting::at(t, Weights { pair, u, v, det, det_sign }, t_min, t_max)
+    Meeting::at(&t, Weights { pair, u, v, det, det_sign }, t_min, t_max)
 }
 
 /// Finds the signs of `det u`, `det v` and `det`; `None` if the line misses the triangle. A sign given as 0 is found by
@@ -218,12 +220,12 @@ impl<'p> Meeting<'p> {
             return None;
         }
         let weights = Weights { pair, u: volumes.u, v: volumes.v, det, det_sign };
-        Self::at(t, weights, t_min, t_max)
+        Self::at(&t, weights, t_min, t_max)
     }
 
     /// Makes the hit of bounds on `t` that are not outside the interval.
     #[inline]
-    fn at(t: Bracket, weights: Weights<'p>, t_min: f32, t_max: f32) -> Option<Self> {
+    fn at(t: &Bracket, weights: Weights<'p>, t_min: f32, t_max: f32) -> Option<Self> {
         let t = t.round(&weights.pair, Volume::T, weights.det_sign);
         let inside = t_min <= t && t <= t_max && t.is_finite();
         inside.then_some(Self { weights, t })

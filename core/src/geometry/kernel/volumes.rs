@@ -112,7 +112,7 @@ impl Volumes {
     /// of the origin.
     #[cold]
     #[inline(never)]
-    pub(super) fn from_nearer(&self, pair: &Pair<'_>) -> Option<Self> {
+    pub(super) fn seen_from_nearer(&self, pair: &Pair<'_>) -> Option<Self> {
         let t = f64::from((self.t.value / self.det.value) as f32);
         let (o, d) = (wide(pair.ray.origin()), wide(pair.ray.direction()));
         let mut point = [0.0; 3];
@@ -127,7 +127,7 @@ impl Volumes {
         Some(Self { u, v, w, ..*self })
     }
 
-    /// Tells whether the origin is so far away, measured in edges of the triangle, that [`Volumes::from_nearer`] pays.
+    /// Tells whether the origin is so far away, measured in edges of the triangle, that [`Volumes::seen_from_nearer`] pays.
     #[inline]
     pub(super) fn are_from_far(&self) -> bool {
         const EDGES: f64 = 65_536.0; // 2^16

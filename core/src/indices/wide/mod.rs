@@ -22,6 +22,9 @@
 //! | `simd/avx2` | eight boxes, eight triangles, one triangle in `f64` | about a third of the time |
 //! | `quantised/avx2` | unpacking of boxes and of triangles | |
 
+// Forced, because what a traversal calls must be compiled for the instructions of its lanes, in one function with it.
+#![allow(clippy::inline_always)]
+
 mod build;
 mod dispatch;
 mod full;

@@ -1,8 +1,5 @@
 //! Contract between the traversal and the forms in which nodes and leaves are written.
 
-// Inlining is forced: the traversal must be compiled for the instructions of its lanes, not call functions that are.
-#![allow(clippy::inline_always)]
-
 use core::ops::ControlFlow;
 
 use super::rows::{EMPTY, LANES};

@@ -72,7 +72,7 @@ fn ids_at(words: &[u32], link: u32) -> Option<(&Row, usize)> {
 }
 
 #[inline(always)]
-fn known_at<'a>(tree: Packed<'a, Ids>, link: u32) -> Option<Known<'a>> {
+fn known_at(tree: Packed<'_, Ids>, link: u32) -> Option<Known<'_>> {
     let (ids, last_lane) = ids_at(tree.words, link)?;
     Some(Known { triangles: tree.triangles(), ids, last_lane })
 }

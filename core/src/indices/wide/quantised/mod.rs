@@ -21,9 +21,6 @@
 //! C. Benthin, I. Wald, S. Woop, A. Áfra, *Compressed-Leaf Bounding Volume Hierarchies*, 2018, for the idea of
 //! quantised nodes over leaves with a vertex table of their own.
 
-// Inlining is forced: the traversal must be compiled for the instructions of its lanes, not call functions that are.
-#![allow(clippy::inline_always)]
-
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod avx2;
 mod chunks;

@@ -24,7 +24,7 @@ pub(super) struct Known<'a> {
     pub last_lane: usize,
 }
 
-impl<'a> Known<'a> {
+impl Known<'_> {
     #[inline(always)]
     pub fn triangle(&self, id: u32) -> Triangle {
         self.triangles.get(id).unwrap_or_default()
