@@ -21,7 +21,7 @@ mod size_class;
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Box4};
 use crate::input::{Mesh, Options, Scene};
-use crate::memory::{Arena, size_of_slice};
+use crate::memory::{Arena, put, size_of_slice};
 
 pub(crate) use join::{join, join_bytes};
 pub use node::{ClusterNode, NodeId};
@@ -230,9 +230,7 @@ fn divide(
         if *number == u32::MAX {
             *number = cluster_count;
             let class = *order.get(primitive as usize)?;
-            if let Some(slot) = classes.get_mut(cluster_count as usize) {
-                *slot = class;
-            }
+            put(classes, cluster_count as usize, class);
             cluster_count += 1;
         }
         *ends.get_mut(*number as usize)? += 1;

@@ -16,15 +16,14 @@
 
 use super::box_tree::{BoxTree, NodeRef, Scratch};
 use crate::geometry::Aabb;
+use crate::memory::put;
 
 /// Finds the representative of an element's component: its lowest member.
 pub(super) fn root(component: &mut [u32], mut element: u32) -> u32 {
     // Path halving.
     while let Some(&parent) = component.get(element as usize) {
         let grandparent = component.get(parent as usize).copied().unwrap_or(parent);
-        if let Some(slot) = component.get_mut(element as usize) {
-            *slot = grandparent;
-        }
+        put(component, element as usize, grandparent);
         if parent == grandparent {
             return parent;
         }
@@ -37,9 +36,7 @@ pub(super) fn root(component: &mut [u32], mut element: u32) -> u32 {
 fn unite(component: &mut [u32], a: u32, b: u32) -> bool {
     let (a, b) = (root(component, a), root(component, b));
     // The higher root becomes a child of the lower: no element has a higher parent, so no cycle can form.
-    if let Some(slot) = component.get_mut(a.max(b) as usize) {
-        *slot = a.min(b);
-    }
+    put(component, a.max(b) as usize, a.min(b));
     a != b
 }
 

@@ -69,6 +69,16 @@ impl Aabb {
         (ray.direction().cmpeq(Vec3::ZERO) & self.flat_axes()).any()
     }
 
+    /// Both sides across an axis, 0 to 2 for x, y and z: the lower, then the upper.
+    #[inline]
+    pub fn along(&self, axis: usize) -> [f32; 2] {
+        match axis {
+            0 => [self.lo.x, self.hi.x],
+            1 => [self.lo.y, self.hi.y],
+            _ => [self.lo.z, self.hi.z],
+        }
+    }
+
     /// The lengths of the sides, in `f64`, so that they neither overflow nor round a non-zero length to 0. Zeros for
     /// the empty box.
     pub fn extent(&self) -> [f64; 3] {

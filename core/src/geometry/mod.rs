@@ -17,6 +17,7 @@ mod overlap;
 mod ray;
 mod span;
 mod triangle;
+pub(crate) mod vector64;
 
 pub use aabb::Aabb;
 pub(crate) use box4::Box4;

@@ -16,12 +16,11 @@
 //! T. Akenine-Möller, *Fast 3D Triangle-Box Overlap Testing*, 2001.
 
 use super::Triangle;
-
-type Vector64 = [f64; 3];
+use super::vector64::{Vector64, cross, difference, dot, larger, max_abs, widened};
 
 /// Tells whether a triangle may share a point with the closed box `lo..=hi`. Never `false` if it does.
 pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
-    let corners = [triangle.a, triangle.b, triangle.c].map(|p| p.to_array().map(f64::from));
+    let corners = [triangle.a, triangle.b, triangle.c].map(widened);
     let [a, b, c] = corners;
     // 1. Project on the coordinate axes: exact comparisons of given numbers.
     for axis in 0..3 {
@@ -41,12 +40,10 @@ pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
         centre[axis] = (lo[axis] + hi[axis]) * 0.5;
         radius[axis] = larger(hi[axis] - centre[axis], centre[axis] - lo[axis]);
     }
-    let from_centre = |p: Vector64| [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
-    let (a, b, c) = (from_centre(a), from_centre(b), from_centre(c));
-    let minus = |p: Vector64, q: Vector64| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-    let edges = [minus(b, a), minus(c, b), minus(a, c)];
-    let reach = [a, b, c, radius].map(largest).into_iter().fold(0.0, larger);
-    let edge = edges.map(largest).into_iter().fold(0.0, larger);
+    let [a, b, c] = corners.map(|corner| difference(corner, centre));
+    let edges = [difference(b, a), difference(c, b), difference(a, c)];
+    let reach = [a, b, c, radius].map(max_abs).into_iter().fold(0.0, larger);
+    let edge = edges.map(max_abs).into_iter().fold(0.0, larger);
 
     // 3. Project on the cross products of a coordinate axis and an edge.
     let margin = edge * reach * 1.421_085_471_520_200_4e-14; // 2^-46
@@ -63,22 +60,13 @@ pub fn may_overlap(triangle: &Triangle, lo: Vector64, hi: Vector64) -> bool {
 
     // 4. Project on the normal.
     let [e, f, _] = edges;
-    let normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
-    let dot = |p: Vector64, q: Vector64| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let normal = cross(e, f);
     let margin = edge * edge * reach * 5.684_341_886_080_802e-14; // 2^-44
     dot(normal, a).abs() <= dot(normal.map(f64::abs), radius) + margin
 }
 
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
-}
-
-fn largest(v: Vector64) -> f64 {
-    larger(v[0].abs(), larger(v[1].abs(), v[2].abs()))
 }
 
 #[cfg(test)]

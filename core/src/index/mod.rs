@@ -34,7 +34,7 @@ use crate::cluster::{self, ClusterNode, NodeId};
 use crate::error::{BuildError, OpenError};
 use crate::geometry::Ray;
 use crate::input::{Executor, Mesh, Options, Scene, Sequential, SimdLevel};
-use crate::memory::{Arena, Words};
+use crate::memory::{Arena, Words, put};
 use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
 use crate::structure::sections::{Layout, MESH_BESIDE, Sections, encode_header};
 use crate::structure::{Described, DividedScene, Representation, Statistics, Structure};
@@ -346,9 +346,7 @@ impl<'a, R: Representation> Index<'a, R> {
             count,
             start,
             |index, query| {
-                if let Some(hit) = hits.get_mut(index) {
-                    *hit = query.finish().unwrap_or(Hit::NONE);
-                }
+                put(hits, index, query.finish().unwrap_or(Hit::NONE));
             },
         );
     }
@@ -364,9 +362,7 @@ impl<'a, R: Representation> Index<'a, R> {
             count,
             start,
             |index, query| {
-                if let Some(occluded) = occluded.get_mut(index) {
-                    *occluded = query.found;
-                }
+                put(occluded, index, query.found);
             },
         );
     }

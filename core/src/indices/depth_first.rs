@@ -3,7 +3,7 @@
 
 use arrayvec::ArrayVec;
 
-use crate::structure::Statistics;
+use crate::structure::{Local, Statistics};
 
 /// Node that passed its check.
 pub(super) enum CheckedNode {
@@ -66,4 +66,12 @@ pub(super) fn check_depth_first<const MOST: usize>(
         end = end.checked_add(words)?;
     }
     Some((statistics, end))
+}
+
+/// Checks a leaf that consists of a number of triangles, at least 1, and of their ids.
+pub(super) fn check_leaf(local: &Local<'_>, offset: u32) -> Option<CheckedNode> {
+    let references = local.word(offset);
+    let words = references.checked_add(1)?;
+    let sound = references != 0 && local.are_ids(offset + 1, references);
+    sound.then_some(CheckedNode::Leaf { words, references })
 }

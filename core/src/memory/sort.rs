@@ -5,6 +5,7 @@
 //! # What lost
 //! - The standard library's sort: it may panic where a comparison is inconsistent, and it is not linear.
 
+use super::put;
 use core::ops::Range;
 
 use super::Arena;
@@ -67,9 +68,7 @@ fn sort_by_digits(
             let start = &mut starts[digit_of(key)];
             let offset = *start as usize;
             *start += 1;
-            if let Some(slot) = other_keys.get_mut(offset) {
-                *slot = key;
-            }
+            put(other_keys, offset, key);
             if let (Some(slot), Some(&value)) = (other_values.get_mut(offset), values.get(at)) {
                 *slot = value;
             }

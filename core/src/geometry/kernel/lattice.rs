@@ -18,7 +18,7 @@
 //! - Expansions for the same signs, and for ties: a ray through a vertex of a height field took 60,000 instructions
 //!   instead of 4,000 (callgrind, wide BVH), because each sum of terms is a loop of branches; and 6 KB of stack.
 
-use super::exact::{Volume, Weight};
+use super::pair::{Volume, Weight};
 use crate::geometry::{Ray, Triangle};
 
 /// Three coordinates or components.

@@ -51,13 +51,14 @@
 mod exact;
 mod lattice;
 mod long_sum;
+mod pair;
 mod planar;
 mod volumes;
 
 use glam::Vec3;
 
 use super::{Ray, Triangle};
-use exact::{Pair, Volume, Weight};
+use pair::{Pair, Volume, Weight};
 pub use volumes::{Approximate, Volumes};
 use volumes::{Bracket, Divisor};
 

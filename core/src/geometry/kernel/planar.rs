@@ -19,7 +19,7 @@
 
 use glam::Vec3;
 
-use super::exact::{Pair, Weight};
+use super::pair::{Pair, Weight};
 use crate::geometry::Triangle;
 
 /// A corner in the two coordinates across the direction.

@@ -1,27 +1,7 @@
 //! The volumes in `f64`, each with a bound on its error, and their quotients. `kernel` derives the bounds.
 
-use glam::Vec3;
-
-use super::exact::{Pair, Volume};
-
-type V3 = [f64; 3];
-
-fn wide(v: Vec3) -> V3 {
-    [f64::from(v.x), f64::from(v.y), f64::from(v.z)]
-}
-
-fn cross(a: V3, b: V3) -> V3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot(a: V3, b: V3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn largest64(v: V3) -> f64 {
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    larger(v[0].abs(), larger(v[1].abs(), v[2].abs()))
-}
+use super::pair::{Pair, Volume};
+use crate::geometry::vector64::{Vector64, cross, difference, dot, max_abs, widened};
 
 /// A computed value and a bound on its distance from the exact one.
 #[derive(Clone, Copy)]
@@ -67,20 +47,19 @@ pub struct Volumes {
 impl Volumes {
     #[inline]
     pub(super) fn new(pair: &Pair<'_>) -> Self {
-        Self::seen(pair, wide(pair.ray.origin()))
+        Self::seen(pair, widened(pair.ray.origin()))
     }
 
     /// Computes the volumes for a ray that begins at another point.
     #[inline]
-    fn seen(&Pair { ray, triangle }: &Pair<'_>, origin: V3) -> Self {
+    fn seen(&Pair { ray, triangle }: &Pair<'_>, origin: Vector64) -> Self {
         const R: f64 = f64::EPSILON / 2.0;
-        let minus = |p: V3, q: V3| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
 
-        let corner = wide(triangle.a);
-        let d = wide(ray.direction());
-        let a = minus(corner, origin);
-        let e1 = minus(wide(triangle.b), corner);
-        let e2 = minus(wide(triangle.c), corner);
+        let corner = widened(triangle.a);
+        let d = widened(ray.direction());
+        let a = difference(corner, origin);
+        let e1 = difference(widened(triangle.b), corner);
+        let e2 = difference(widened(triangle.c), corner);
         let normal = cross(e1, e2);
 
         let det = dot(d, normal);
@@ -89,9 +68,9 @@ impl Volumes {
         let v = dot(d, cross(a, e1));
         let w = det - u - v;
 
-        let d_max = largest64(d);
-        let a_max = largest64(a);
-        let (e1_max, e2_max) = (largest64(e1), largest64(e2));
+        let d_max = max_abs(d);
+        let a_max = max_abs(a);
+        let (e1_max, e2_max) = (max_abs(e1), max_abs(e2));
         let e_max = if e1_max > e2_max { e1_max } else { e2_max };
         let de = d_max * e_max;
         let bound = |value: f64, error: f64| Approximate { value, error };
@@ -114,7 +93,7 @@ impl Volumes {
     #[inline(never)]
     pub(super) fn seen_from_nearer(&self, pair: &Pair<'_>) -> Option<Self> {
         let t = f64::from((self.t.value / self.det.value) as f32);
-        let (o, d) = (wide(pair.ray.origin()), wide(pair.ray.direction()));
+        let (o, d) = (widened(pair.ray.origin()), widened(pair.ray.direction()));
         let mut point = [0.0; 3];
         for (axis, at) in point.iter_mut().enumerate() {
             let (o, step) = (o[axis % 3], t * d[axis % 3]);

@@ -19,14 +19,14 @@ mod insertion;
 
 use core::ops::ControlFlow;
 
-use super::depth_first::{CheckedNode, check_depth_first};
+use super::depth_first::{CheckedNode, check_depth_first, check_leaf};
 use super::ordered_traversal::walk_near_first;
 use crate::Vec3;
 use crate::cost::{Weights, half_area};
 use crate::error::BuildError;
 use crate::geometry::{Aabb, RaySpan, Span};
 use crate::input::{BvhBuild, Level, Options};
-use crate::memory::{Arena, Words, size_of_slice};
+use crate::memory::{Arena, Words, put, size_of_slice};
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
 
@@ -96,6 +96,11 @@ pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> u
     }
 }
 
+/// # Measured
+/// The build counts a node for each of two boxes, with [`Described::COST`] for each; a query counts one for both, with
+/// [`Weights::node`], hence 3.7 tests there. On photons' rays (figure 4(b), a mesh of 125,000 triangles, a city), the
+/// instructions of a query are fewest for costs of 0.5 to 1.0, and more by 1% with 1.5, 3% with 2, 7% with 3 and 8%
+/// with 3.7; times do not differ beyond their noise. With 3.7 the index takes a fifth less memory.
 impl Described for Bvh {
     const NAME: &'static str = "bvh";
     const HIERARCHY_NAME: &'static str = "bvh-hierarchy";
@@ -166,10 +171,7 @@ impl LocalIndex for Bvh {
             check_depth_first::<MOST>(local.word(0), 1, offset_of, |link, depth, links| {
                 let offset = offset_of(link);
                 if link & LEAF != 0 {
-                    let references = local.word(offset);
-                    let words = references.checked_add(1)?;
-                    let sound = references != 0 && local.are_ids(offset + 1, references);
-                    return sound.then_some(CheckedNode::Leaf { words, references });
+                    return check_leaf(local, offset);
                 }
                 let boxes = [offset, offset + CHILD_WORDS];
                 let sound = boxes.iter().all(|&offset| {
@@ -314,14 +316,11 @@ impl BvhBuilder<'_, '_> {
 
 /// Finds the bin of a triangle's centroid on an axis.
 fn bin_of(centroids: &Aabb, axis: usize, triangle: &Aabb) -> usize {
-    let (centre, lo) = (triangle.centre().to_array(), centroids.lo.to_array());
-    let extent = centroids.extent();
-    let (Some(&c), Some(&lo), Some(&width)) = (centre.get(axis), lo.get(axis), extent.get(axis))
-    else {
-        return 0;
-    };
+    let centre = triangle.centre();
+    let [centre, _] = Aabb::new(centre, centre).along(axis).map(f64::from);
+    let [lo, hi] = centroids.along(axis).map(f64::from);
     // The cast saturates, and maps a NaN (0 / 0) to 0.
-    (((f64::from(c) - f64::from(lo)) / width * BINS as f64) as usize).min(BINS - 1)
+    (((centre - lo) / (hi - lo) * BINS as f64) as usize).min(BINS - 1)
 }
 
 /// Partitions `ids`: moves the lower part to the front, keeps the order within both parts, and returns the length of
@@ -337,9 +336,7 @@ fn partition(
     let mut offset = 0;
     for lower in [true, false] {
         for &id in ids.iter().filter(|&&id| is_lower(id) == lower) {
-            if let Some(slot) = other.get_mut(offset) {
-                *slot = id;
-            }
+            put(other, offset, id);
             offset += 1;
         }
     }

@@ -27,10 +27,9 @@ use super::tree_cell::Cell;
 use crate::cost::Estimate;
 use crate::error::BuildError;
 use crate::geometry::Triangle;
-use crate::indices::depth_first;
 use crate::input::{CostModel, Level, Options};
-use crate::memory::{Arena, Words, size_of_slice};
-use crate::structure::{Group, Local};
+use crate::memory::{Arena, Words, put, size_of_slice};
+use crate::structure::Group;
 
 /// The bit of a link that leads to a leaf.
 pub(super) const LEAF: u32 = 1 << 31;
@@ -231,9 +230,7 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
             self.words.spend(u64::from(found.steps))?;
             mask |= found.mask;
             references += u64::from(found.mask.count_ones()).saturating_sub(1);
-            if let Some(slot) = self.lists.parts.get_mut(at) {
-                *slot = found.mask;
-            }
+            put(self.lists.parts, at, found.mask);
         }
         let parts = Parts { mask, references, most_references };
         Ok((references <= most_references).then_some(parts))
@@ -245,20 +242,10 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         for at in list.from..list.to {
             let inside = self.lists.parts.get(at).is_some_and(|parts| parts >> part & 1 == 1);
             if inside && let Some(&id) = self.lists.ids.get(at) {
-                if let Some(slot) = self.lists.ids.get_mut(end) {
-                    *slot = id;
-                }
+                put(self.lists.ids, end, id);
                 end += 1;
             }
         }
         List { from: list.to, to: end }
     }
-}
-
-/// Checks the leaf at `offset`: its length, and that it names triangles of the scene.
-pub(super) fn check_leaf(local: &Local<'_>, offset: u32) -> Option<depth_first::CheckedNode> {
-    let references = local.word(offset);
-    let words = references.checked_add(1)?;
-    let sound = references != 0 && local.are_ids(offset + 1, references);
-    sound.then_some(depth_first::CheckedNode::Leaf { words, references })
 }

@@ -39,12 +39,12 @@ use core::ops::ControlFlow;
 
 use arrayvec::ArrayVec;
 
-use super::cell_lists::{Filing, LEAF, List, Lists, Placement, check_leaf, most_references};
+use super::cell_lists::{Filing, LEAF, List, Lists, Placement, most_references};
 use super::tree_cell::Cell;
 use crate::cost::{best_level, search_steps};
 use crate::error::BuildError;
 use crate::geometry::{AxisCrossing, RaySpan, Span, Triangle, may_overlap};
-use crate::indices::depth_first::{CheckedNode, check_depth_first};
+use crate::indices::depth_first::{CheckedNode, check_depth_first, check_leaf};
 use crate::input::{CostModel, Level, MAX_LEVEL, Options};
 use crate::memory::Words;
 use crate::query::Query;

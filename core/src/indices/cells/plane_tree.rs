@@ -17,12 +17,12 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
-use super::cell_lists::{Filing, LEAF, List, Lists, Placement, check_leaf, most_references};
+use super::cell_lists::{Filing, LEAF, List, Lists, Placement, most_references};
 use super::tree_cell::Cell;
 use crate::cost::{best_level, search_steps};
 use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
-use crate::indices::depth_first::{CheckedNode, check_depth_first};
+use crate::indices::depth_first::{CheckedNode, check_depth_first, check_leaf};
 use crate::indices::ordered_traversal::walk_near_first;
 use crate::input::{CostModel, Level, MAX_LEVEL, Options};
 use crate::memory::Words;
@@ -256,12 +256,7 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
 
 /// Finds the sides of a plane on which a triangle is filed.
 fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Placement {
-    let bounds = triangle.bounds();
-    let (lo, hi) = match plane.axis {
-        0 => (bounds.lo.x, bounds.hi.x),
-        1 => (bounds.lo.y, bounds.hi.y),
-        _ => (bounds.lo.z, bounds.hi.z),
-    };
+    let [lo, hi] = triangle.bounds().along(plane.axis);
     let upper = hi > plane.at;
     let lower = !upper || lo < plane.at;
     if !(upper && lower) {

@@ -39,19 +39,13 @@ pub(super) fn best_split(axis: &CellAxis<'_>, model: &CostModel) -> Option<Split
     let CellAxis { number, cell, group, ids } = *axis;
     let (cell_lo, cell_hi) = (*cell.lo.get(number)?, *cell.hi.get(number)?);
     let extents = || {
-        ids.iter().filter_map(|&id| group.triangles.get(id)).map(|triangle| {
-            let bounds = triangle.bounds();
-            let (lo, hi) = match number {
-                0 => (bounds.lo.x, bounds.hi.x),
-                1 => (bounds.lo.y, bounds.hi.y),
-                _ => (bounds.lo.z, bounds.hi.z),
-            };
-            (f64::from(lo), f64::from(hi))
-        })
+        ids.iter()
+            .filter_map(|&id| group.triangles.get(id))
+            .map(|triangle| triangle.bounds().along(number).map(f64::from))
     };
     // 1. Find the range that triangles reach into; a cell may be much larger than its contents.
     let (mut lo, mut hi) = (cell_hi, cell_lo);
-    for (t_lo, t_hi) in extents() {
+    for [t_lo, t_hi] in extents() {
         lo = if t_lo < lo { t_lo } else { lo };
         hi = if t_hi > hi { t_hi } else { hi };
     }
@@ -66,7 +60,7 @@ pub(super) fn best_split(axis: &CellAxis<'_>, model: &CostModel) -> Option<Split
     let bin_of = |x: f64| (((x - lo) / width * BINS as f64) as usize).min(BINS - 1);
     let mut begin = [0_u32; BINS];
     let mut end = [0_u32; BINS];
-    for (t_lo, t_hi) in extents() {
+    for [t_lo, t_hi] in extents() {
         if let Some(count) = begin.get_mut(bin_of(t_lo)) {
             *count += 1;
         }

@@ -2,6 +2,7 @@
 
 use crate::cost::half_area;
 use crate::geometry::Aabb;
+use crate::geometry::vector64::widened;
 
 /// Closed cell.
 #[derive(Clone, Copy)]
@@ -14,8 +15,7 @@ impl Cell {
     /// The cube whose lower corner is that of a box, and which holds the box.
     pub fn root(bounds: &Aabb) -> Self {
         let side = bounds.extent().into_iter().fold(0.0, |a, b| if b > a { b } else { a });
-        let lo = bounds.lo.to_array().map(f64::from);
-        let hi = bounds.hi.to_array().map(f64::from);
+        let Self { lo, hi } = Self::of(bounds);
         // `lo + side` may round to less than `hi`.
         let upper = |axis: usize| {
             let (sum, hi) = (lo[axis] + side, hi[axis]);
@@ -32,7 +32,7 @@ impl Cell {
 
     /// The cell that is the box itself.
     pub fn of(bounds: &Aabb) -> Self {
-        Self { lo: bounds.lo.to_array().map(f64::from), hi: bounds.hi.to_array().map(f64::from) }
+        Self { lo: widened(bounds.lo), hi: widened(bounds.hi) }
     }
 
     /// The parts below and above a plane.
@@ -60,9 +60,8 @@ impl Cell {
 
     /// Half the surface area of the part inside `bounds`.
     pub fn half_area_within(&self, bounds: &Aabb) -> f64 {
-        let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
         let side = |axis: usize| {
-            let (lo, hi) = (f64::from(lo[axis]), f64::from(hi[axis]));
+            let [lo, hi] = bounds.along(axis).map(f64::from);
             let lo = if self.lo[axis] > lo { self.lo[axis] } else { lo };
             let hi = if self.hi[axis] < hi { self.hi[axis] } else { hi };
             if hi > lo { hi - lo } else { 0.0 }

@@ -22,7 +22,7 @@ use super::rows::LANES;
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::error::BuildError;
 use crate::input::Executor;
-use crate::memory::{Arena, Words, size_of_slice};
+use crate::memory::{Arena, Words, put, size_of_slice};
 use crate::structure::DividedScene;
 use collapse::{BinarySplit, Forest, Subtree};
 use partition::{Divider, Subset};
@@ -126,9 +126,7 @@ impl<E: Executor> Sorter<'_, E> {
         );
         let (mut forest, split) = Forest::join(&left, &right, at, half_area);
         forest.steps += count as u64;
-        if let Some(slot) = splits.get_mut(length) {
-            *slot = split;
-        }
+        put(splits, length, split);
         forest
     }
 }

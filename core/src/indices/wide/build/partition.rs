@@ -15,6 +15,7 @@ use super::primitive::{Primitive, PrimitiveBounds};
 use crate::cluster::{ClusterNode, Clusters, MAX_TREE_DEPTH, NodeId};
 use crate::geometry::Box4;
 use crate::input::Mesh;
+use crate::memory::put;
 
 /// Subset of the primitives, and how it is to be split.
 #[derive(Clone, Copy)]
@@ -141,8 +142,6 @@ fn count_triangles(counts: &mut [u32], clusters: &Clusters<'_>, nodes: &[Cluster
             let below = |link: u32| counts.get(link as usize).copied().unwrap_or(0);
             nodes.get(at).map_or(0, |node| below(node.links[0]) + below(node.links[1]))
         };
-        if let Some(slot) = counts.get_mut(at) {
-            *slot = count;
-        }
+        put(counts, at, count);
     }
 }
