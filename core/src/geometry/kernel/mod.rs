@@ -17,8 +17,9 @@
 //! # How it is decided
 //! 1. An `f32` filter that only rejects.
 //! 2. An `f64` filter.
-//! 3. Where a weight is still in doubt: two others of opposite signs, two corners that are one point, a plane
-//!    that is surely crossed outside the interval. None of these needs more digits.
+//! 3. Where a weight is still in doubt, what needs no more digits: a plane that is surely crossed outside the interval;
+//!    from a far origin, the weights as seen from a point of the line close to the triangle; two weights of opposite
+//!    signs; two corners that are one point; a corner on a line along an axis, which is seen by comparing.
 //! 4. What is left is mostly a weight of exactly 0, at an edge or a corner, or a ray in the plane: for a direction
 //!    along an axis in two coordinates (`planar`), else in whole numbers of 128 bits, where coordinates allow that
 //!    (`lattice`).
@@ -37,11 +38,18 @@
 //! same with `E` for `S`; `det * t` has 8 roundings, 48.1, and 56 covers it.
 //! `w = det - u - v` adds two roundings of values up to `6 D E (E + 2 S)`: `48 + 13 < 64`, hence
 //! `64 r D E (E + 2 S)`.
-//! In `f64` nothing underflows: a volume and its terms are multiples of 2^(-3 * 149). In `f32` a product that
+//! In `f64` nothing underflows: a volume and its terms are multiples of 2^(-3 * 149), and of 2^(-4 * 149) as seen from
+//! a point `o + t d` that `f64` holds exactly, `t` an `f32`. In `f32` a product that
 //! underflows loses at most 2^-150, a volume less than `12 * 2^-150 * max(D, 1)`; the bound adds
 //! `2^-120 * max(D, 1)` for it.
 //! The filter is used only where `D`, `E`, `S` lie in 2^-60..=2^60 and the volumes below 2^103, so
 //! that nothing overflows.
+//!
+//! # Measured
+//! Instructions of [`intersect`] on a Cortex-M4, where `f64` is calculated in software:
+//! - 10,100 for a hit inside a triangle;
+//! - 9,600 through a corner and 14,300 through an edge, along an axis;
+//! - 12,200 through a corner, decided in whole numbers, and 19,100 in fixed point.
 //!
 //! # Source
 //! T. Möller, B. Trumbore, *Fast, Minimum Storage Ray/Triangle Intersection*, 1997, for the volumes;
