@@ -1,10 +1,10 @@
-//! A pinhole camera that looks at a whole scene from above one corner.
+//! Pinhole camera that sees a whole scene from above one corner.
 
 use arboleda::{Aabb, Ray, Vec3};
 
 pub use crate::scene::UpAxis;
 
-/// Maps pixels to rays, and points to pixels.
+/// Pinhole camera: maps pixels to rays, and points to pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     eye: Vec3,
@@ -13,25 +13,25 @@ pub struct Camera {
     forward: Vec3,
     width: u32,
     height: u32,
-    /// Half the width of the picture at distance 1.
+    /// Half of the picture's width at distance 1.
     tangent: f32,
 }
 
 impl Camera {
-    /// Looks at the box from a corner, so that it fills a picture of `width` times `height` pixels.
+    /// Places a camera that sees the box from a corner, such that it fills a picture of `width` times `height` pixels.
     pub fn looking_at(bounds: &Aabb, up: Vec3, width: u32, height: u32) -> Self {
-        // Any two axes across `up`, in a fixed order.
+        // Two axes orthogonal to `up`.
         let (side, depth) = if up == Vec3::Y { (Vec3::X, -Vec3::Z) } else { (Vec3::X, Vec3::Y) };
         let extent = (bounds.hi - bounds.lo).max(Vec3::splat(f32::MIN_POSITIVE));
         let centre = bounds.centre();
-        // Look along the longer side, a little from the left.
+        // 1. The direction: along the shorter side, a little from the left and from above.
         let long = extent.dot(side.abs()) >= extent.dot(depth.abs());
         let toward = if long { depth * 0.85 + side * 0.38 } else { side * 0.85 + depth * 0.38 };
         let forward = (toward - up * 0.62).normalize();
         let right = forward.cross(up).normalize();
         let upward = right.cross(forward);
         let tangent = 0.36;
-        // Step back until all eight corners are in the picture.
+        // 2. The distance: the least at which all eight corners are in the picture, with a margin of 4%.
         let aspect = height as f32 / width as f32;
         let mut distance = 0.0_f32;
         for corner in corners(bounds) {
@@ -44,8 +44,8 @@ impl Camera {
         Self { eye, right, up: upward, forward, width, height, tangent }
     }
 
-    /// The ray through a point of the picture, counted in pixels from the upper left; `None` where the
-    /// scene is too small or large for `f32` directions.
+    /// Makes the ray through a point of the picture, in pixels from the upper left; `None` if the scene is too small or
+    /// large for `f32` directions.
     pub fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         let half = self.width as f32 * 0.5;
         let across = (x - half) / half * self.tangent;
@@ -53,7 +53,7 @@ impl Camera {
         Ray::new(self.eye, self.forward + self.right * across + self.up * along).ok()
     }
 
-    /// Where a point appears, in pixels, and its distance along the line of sight; `None` behind the eye.
+    /// Projects a point: returns x and y in pixels, and its distance along the line of sight; `None` behind the eye.
     pub fn project(&self, point: Vec3) -> Option<(f32, f32, f32)> {
         let offset = point - self.eye;
         let distance = offset.dot(self.forward);
@@ -67,13 +67,13 @@ impl Camera {
         Some((x, y, distance))
     }
 
-    /// Where the eye is.
+    /// Returns the position of the eye.
     pub fn eye(&self) -> Vec3 {
         self.eye
     }
 }
 
-/// The corners of a box; bit 0 of the place is x, bit 1 y, bit 2 z.
+/// Lists the corners of a box. Bit 0 of a corner's index selects the upper end in x, bit 1 in y, bit 2 in z.
 pub(super) fn corners(bounds: &Aabb) -> [Vec3; 8] {
     std::array::from_fn(|at| {
         let pick =

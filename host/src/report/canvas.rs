@@ -1,51 +1,24 @@
-//! Pixels, lines and PNG files.
+//! Canvas: pixels, lines, text and PNG files.
 
 use std::io;
 use std::path::Path;
 
 use image::codecs::png::PngEncoder;
-use image::{ImageError, Rgb, RgbImage};
+use image::{ImageError, RgbImage};
 use noto_sans_mono_bitmap::{
     FontWeight, RasterHeight, RasterizedChar, get_raster, get_raster_width,
 };
 
+use super::Colour;
 use crate::file_output::write_file;
 
-/// Linear red, green and blue, 0 to 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Colour(pub f32, pub f32, pub f32);
-
-impl Colour {
-    /// The page.
-    pub const PAPER: Self = Self(0.97, 0.97, 0.96);
-    /// Text and lines.
-    pub const INK: Self = Self(0.16, 0.18, 0.22);
-
-    /// Scales the brightness.
-    #[must_use]
-    pub fn times(self, factor: f32) -> Self {
-        Self(self.0 * factor, self.1 * factor, self.2 * factor)
-    }
-
-    /// `other` by the share `part`, this one by the rest.
-    #[must_use]
-    pub fn mixed(self, other: Self, part: f32) -> Self {
-        let mix = |a: f32, b: f32| a + (b - a) * part;
-        Self(mix(self.0, other.0), mix(self.1, other.1), mix(self.2, other.2))
-    }
-
-    fn to_pixel(self) -> Rgb<u8> {
-        Rgb([self.0, self.1, self.2].map(|c| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8))
-    }
-}
-
-/// Size of the letters of all text.
+/// Height of letters.
 const LETTERS: RasterHeight = RasterHeight::Size16;
 const LETTER_WIDTH: u32 = get_raster_width(FontWeight::Regular, LETTERS) as u32;
-/// Pixels down of a line of text.
+/// Height of a line of text in pixels.
 pub const TEXT_HEIGHT: i64 = LETTERS as i64;
 
-/// A picture being drawn.
+/// Picture being drawn.
 pub struct Canvas {
     pixels: Vec<Colour>,
     width: u32,
@@ -53,32 +26,32 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// An empty page.
+    /// Creates an empty page.
     pub fn new(width: u32, height: u32) -> Self {
         Self { pixels: vec![Colour::PAPER; width as usize * height as usize], width, height }
     }
 
-    /// Pixels across.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Pixels down.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// The rows of pixels, for filling in parallel.
+    /// Iterates over the rows of pixels, which can be filled in parallel.
     pub fn rows_mut(&mut self) -> std::slice::ChunksMut<'_, Colour> {
         self.pixels.chunks_mut(self.width as usize)
     }
 
-    /// All pixels, row by row.
+    /// Returns all pixels, row by row.
     pub fn pixels_mut(&mut self) -> &mut [Colour] {
         &mut self.pixels
     }
 
-    /// Mixes a colour into one pixel; outside the page it does nothing.
+    /// Mixes a colour into one pixel. Does nothing outside the page.
     pub fn blend(&mut self, x: i64, y: i64, colour: Colour, part: f32) {
         let inside =
             (0..i64::from(self.width)).contains(&x) && (0..i64::from(self.height)).contains(&y);
@@ -88,7 +61,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a smooth line; `visible` is asked at each step with the share of the way, 0 to 1.
+    /// Draws an anti-aliased line (Wu 1991). `visible` returns the opacity at a share of the way, 0 to 1, and a pixel.
     pub fn line(
         &mut self,
         from: (f32, f32),
@@ -101,14 +74,14 @@ impl Canvas {
         for step in 0..=steps {
             let share = step as f32 / steps as f32;
             let (x, y) = (from.0 + dx * share, from.1 + dy * share);
-            // Spread over the two pixels across the line (Wu 1991).
+            // Divides each step between the two nearest pixels across the line.
             let steep = dy.abs() > dx.abs();
             let across = if steep { x } else { y };
             let low = across.floor();
             for (offset, part) in [(0.0, 1.0 - (across - low)), (1.0, across - low)] {
-                let place = (low + offset) as i64;
+                let pixel = (low + offset) as i64;
                 let (px, py) =
-                    if steep { (place, y.round() as i64) } else { (x.round() as i64, place) };
+                    if steep { (pixel, y.round() as i64) } else { (x.round() as i64, pixel) };
                 self.blend(px, py, colour, part * visible(share, px, py));
             }
         }
@@ -127,7 +100,7 @@ impl Canvas {
         }
     }
 
-    /// Writes a line of text whose upper left corner is given, over a faint ground. What is not ASCII is shown as `?`.
+    /// Writes a line of text over a faint background, from its upper left corner. Characters beyond ASCII become `?`.
     pub fn text(&mut self, (left, top): (i64, i64), text: &str, colour: Colour, ground: Colour) {
         let (width, height) = (Self::text_width(text), TEXT_HEIGHT);
         for y in top - 1..=top + height {
@@ -147,12 +120,12 @@ impl Canvas {
         }
     }
 
-    /// Pixels across of a line of text.
+    /// Computes the width of a line of text in pixels.
     pub fn text_width(text: &str) -> i64 {
         i64::from(text.chars().count() as u32 * LETTER_WIDTH)
     }
 
-    /// Copies another picture to a place on this one.
+    /// Copies another picture into this one, its upper left corner at (`left`, `top`).
     pub fn paste(&mut self, other: &Self, left: u32, top: u32) {
         for y in 0..other.height.min(self.height.saturating_sub(top)) {
             for x in 0..other.width.min(self.width.saturating_sub(left)) {
@@ -163,7 +136,7 @@ impl Canvas {
         }
     }
 
-    /// Writes the picture as PNG, whatever the file is called.
+    /// Writes the picture as PNG, whatever the ending of the file's name.
     ///
     /// # Errors
     /// If the file cannot be written.

@@ -1,4 +1,4 @@
-//! One page that needs nothing else: style, drawings and pictures are inside.
+//! HTML page in one file, with style, plots and pictures embedded.
 
 use std::fmt::{Arguments, Write};
 use std::path::Path;
@@ -10,7 +10,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::plot::{Plot, escape};
 use crate::file_output::write_file;
 
-/// Light or dark as the reader likes it; wide tables scroll by themselves.
+/// Style sheet. Colours follow the reader's choice of light or dark; wide tables scroll in their own box.
 const STYLE: &str = "\
 :root{color-scheme:light dark;--paper:#fbfbf9;--card:#fff;--ink:#22252b;--faint:#6a7078;--line:#dcdcd6;--good:#14713a;--bad:#a8301f}\
 @media(prefers-color-scheme:dark){:root{--paper:#16181c;--card:#1f2228;--ink:#e4e4e0;--faint:#9aa0a8;--line:#3a3e46;--good:#6fd093;--bad:#f08a78}}\
@@ -36,14 +36,14 @@ th:first-child,td:first-child{text-align:left;position:sticky;left:0;background:
 tr:nth-child(even) td{background:color-mix(in srgb,var(--line) 22%,var(--card))}\
 .good{color:var(--good)}.bad{color:var(--bad)}ul{max-width:75ch;padding-left:1.2em}li{margin:.3em 0}";
 
-/// A page being written.
+/// Page being written.
 pub struct Page {
     title: String,
     body: String,
 }
 
 impl Page {
-    /// A page with its first heading.
+    /// Creates a page with its main heading.
     pub fn new(title: &str) -> Self {
         Self { title: title.to_owned(), body: format!("<h1>{}</h1>\n", escape(title)) }
     }
@@ -58,17 +58,17 @@ impl Page {
         self.push(format_args!("<h2>{}</h2>\n", escape(text)));
     }
 
-    /// Text.
+    /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
         self.push(format_args!("<p>{}</p>\n", escape(text)));
     }
 
-    /// Text of less weight.
+    /// Adds a paragraph in small print.
     pub fn note(&mut self, text: &str) {
         self.push(format_args!("<p class=\"note\">{}</p>\n", escape(text)));
     }
 
-    /// Points, one below the other.
+    /// Adds a list of points.
     pub fn list(&mut self, points: impl IntoIterator<Item = String>) {
         self.body += "<ul>";
         for point in points {
@@ -77,7 +77,7 @@ impl Page {
         self.body += "</ul>\n";
     }
 
-    /// Plots, side by side where there is room.
+    /// Adds plots, side by side where there is room.
     pub fn plots(&mut self, plots: &[Plot]) {
         self.body += "<div class=\"grid\">\n";
         for plot in plots {
@@ -87,7 +87,7 @@ impl Page {
         self.body += "</div>\n";
     }
 
-    /// Pictures with a line below each, side by side where there is room.
+    /// Adds PNG files with captions, side by side where there is room.
     ///
     /// # Errors
     /// If a file cannot be read.
@@ -109,8 +109,8 @@ impl Page {
         Ok(())
     }
 
-    /// A table, whose first column is text and the others numbers. A cell that begins with `+` and ends
-    /// with `%` is shown as a gain, with `-` as a loss.
+    /// Adds a table whose first column is text and whose other columns are numbers. A cell that ends in `%` is coloured
+    /// as a gain if it begins with `+`, as a loss if it begins with `-`.
     pub fn table(&mut self, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
         self.push(format_args!(
             "<h3 class=\"caption\">{}</h3><div class=\"scroll\"><table><tr>",
@@ -135,7 +135,7 @@ impl Page {
         self.body += "</table></div>\n";
     }
 
-    /// Writes the page.
+    /// Writes the page to a file.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -151,8 +151,8 @@ impl Page {
     }
 }
 
-/// A gain or a loss with its sign: what [`Page::table`] colours.
+/// Writes a gain or a loss with its sign, as [`Page::table`] colours it.
 pub fn signed_percent(value: f64) -> String {
-    // What rounds to nothing has no sign, and no colour.
+    // A value that is rounded to 0 gets neither a sign nor a colour.
     if value.abs() < 0.05 { "0.0%".to_owned() } else { format!("{value:+.1}%") }
 }

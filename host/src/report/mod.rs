@@ -1,13 +1,21 @@
-//! What a person looks at: pictures, plots, tables, pages.
+//! Pictures, plots, tables and pages for people to look at.
+//!
+//! ```text
+//! colour, number <- canvas, camera <- picture        PNG files
+//!       ^---------- plot <- html <- *_page           HTML pages
+//! ```
 
 mod camera;
 mod canvas;
+mod colour;
 pub mod grid;
 pub mod html;
+mod number;
 pub mod pages;
 mod picture;
 pub mod plot;
 
 pub use camera::{Camera, UpAxis};
-pub use canvas::{Canvas, Colour};
-pub use picture::{cluster_colour, heat, paint_clusters, paint_irradiance};
+pub use canvas::Canvas;
+pub use colour::{Colour, cluster_colour, heat};
+pub use picture::{paint_clusters, paint_irradiance};

@@ -1,4 +1,4 @@
-//! Pictures of scenes: clusters with their boxes and tree, and the light that photons brought.
+//! Pictures of scenes: clusters with their bounding boxes and tree, and irradiance.
 
 use arboleda::clusters::{ClusterNode, NodeId};
 use arboleda::custom::Sections;
@@ -7,47 +7,23 @@ use rayon::prelude::*;
 
 use super::camera::corners;
 use super::canvas::TEXT_HEIGHT;
-use super::plot::number as plot_number;
+use super::colour::{cluster_colour, heat};
+use super::number::short_number;
 use super::{Camera, Canvas, Colour};
 
 /// Pixels between the border and text.
 const MARGIN: i64 = 10;
-/// Clusters that are numbered: more would hide what they stand on.
+/// Most clusters with numbers in the picture. More numbers would hide the clusters.
 const MOST_NUMBERS: usize = 48;
-/// The ground of pictures of light.
+/// Background of pictures of irradiance.
 const NIGHT: Colour = Colour(0.10, 0.10, 0.12);
-/// Rays across and down a pixel.
+/// Rays through a pixel along each axis.
 const SAMPLES: u32 = 2;
 
-/// A colour for each cluster, neighbours in number far apart in hue.
-pub fn cluster_colour(cluster: u32) -> Colour {
-    // Steps of the golden ratio fill the circle of hues evenly.
-    let hue = (f64::from(cluster) * 0.618_033_988_749_895 + 0.07).fract() as f32 * 6.0;
-    let ramp = |offset: f32| {
-        let x = (hue + offset).rem_euclid(6.0);
-        (if x < 3.0 { x - 1.0 } else { 5.0 - x }).clamp(0.0, 1.0)
-    };
-    let pure = Colour(ramp(2.0), ramp(0.0), ramp(4.0));
-    pure.mixed(Colour(0.62, 0.62, 0.62), 0.38)
-}
-
-/// A colour for a value of 0 to 1, from dark violet over red to light yellow.
-pub fn heat(value: f32) -> Colour {
-    const STOPS: [Colour; 5] = [
-        Colour(0.03, 0.02, 0.10),
-        Colour(0.34, 0.06, 0.43),
-        Colour(0.74, 0.22, 0.33),
-        Colour(0.98, 0.56, 0.04),
-        Colour(0.99, 0.99, 0.75),
-    ];
-    let place = value.clamp(0.0, 1.0) * (STOPS.len() - 1) as f32;
-    let stop = (place as usize).min(STOPS.len() - 2);
-    STOPS[stop].mixed(STOPS[stop + 1], place - stop as f32)
-}
-
-/// Paints what a camera sees; `colour_of` gives the colour of a triangle and of the shade it is in.
+/// Paints the scene as a camera sees it. `colour_of` returns the colour of a triangle, by its id, its corners and the
+/// ray's direction.
 ///
-/// Returns the distance along the line of sight at each pixel, infinite where nothing is.
+/// Returns the distance along the line of sight at each pixel, infinite without a hit.
 fn paint(
     canvas: &mut Canvas,
     camera: &Camera,
@@ -68,7 +44,7 @@ fn paint(
                 let hit = ray.as_ref().and_then(|ray| index.closest_hit(ray));
                 let colour = match (&ray, hit) {
                     (Some(ray), Some(hit)) => {
-                        // The direction has length 1 along the line of sight, so t is the distance.
+                        // The direction's component along the line of sight is 1, so t is the distance along it.
                         *depth = depth.min(hit.t);
                         let triangle = &triangles[hit.triangle.0 as usize];
                         colour_of(hit.triangle.0, triangle, ray.direction())
@@ -88,7 +64,7 @@ fn paint(
     depths
 }
 
-/// Light from the camera and a little from above, so that edges show.
+/// Computes the shade of a triangle lit from the camera and from above, so that edges are visible.
 fn shade(triangle: &Triangle, direction: Vec3) -> f32 {
     let normal = triangle.normal().normalize_or_zero();
     let facing = normal.dot(direction.normalize_or_zero()).abs();
@@ -96,8 +72,8 @@ fn shade(triangle: &Triangle, direction: Vec3) -> f32 {
     0.35 + 0.35 * facing + 0.35 * key
 }
 
-/// Paints the clusters in colours with their numbers, the boxes of the cluster tree around them, below it the tree,
-/// and above it a title and the size of the scene.
+/// Paints the clusters in colours, with their numbers and the bounding boxes of the cluster tree. The title and the
+/// size of the scene are above the scene, the tree is below.
 pub fn paint_clusters(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
@@ -116,7 +92,7 @@ pub fn paint_clusters(
     let depths = paint(&mut view, &camera, index, triangles, |triangle, corners, direction| {
         cluster_colour(cluster_of[triangle as usize]).times(shade(corners, direction))
     });
-    // Boxes of many clusters would hide what they surround.
+    // Up to 64 clusters all boxes are drawn, up to 400 those of clusters; more boxes would hide the clusters.
     let clusters = tree.cluster_count() as usize;
     let boxes: &[ClusterNode] = match clusters {
         0..=64 => tree.nodes(),
@@ -137,11 +113,11 @@ pub fn paint_clusters(
             write_centred(&mut view, (x, y), &number.to_string());
         }
     }
-    let [x, y, z] = root.bounds.extent().map(short);
+    let [x, y, z] = root.bounds.extent().map(short_number);
     if spelled {
         for (line, text) in (0..).zip([title, &format!("size: {x} x {y} x {z}")]) {
-            let place = (MARGIN, MARGIN + line * (TEXT_HEIGHT + 2));
-            view.text(place, text, Colour::INK, Colour::PAPER);
+            let corner = (MARGIN, MARGIN + line * (TEXT_HEIGHT + 2));
+            view.text(corner, text, Colour::INK, Colour::PAPER);
         }
     }
     canvas.paste(&view, 0, 0);
@@ -150,8 +126,8 @@ pub fn paint_clusters(
     }
 }
 
-/// Paints each triangle by the light it received: `irradiance` in W/m2 by triangle id, brightest at the
-/// 98th percentile of the lit ones; with a title and the scale of the colours.
+/// Paints each triangle by its irradiance, with a title and the scale of colours. `irradiance` is in W/m2, by triangle
+/// id. The brightest colour is at the 98th percentile of the lit triangles.
 pub fn paint_irradiance(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
@@ -169,7 +145,7 @@ pub fn paint_irradiance(
     canvas.pixels_mut().fill(NIGHT);
     paint(canvas, &camera, index, triangles, |triangle, corners, direction| {
         let share = (irradiance[triangle as usize] / brightest) as f32;
-        // The eye judges brightness about by its square root.
+        // Perceived brightness is about the square root of irradiance.
         heat(share.sqrt()).times(0.6 + 0.4 * shade(corners, direction))
     });
     if has_room_for_text(canvas) {
@@ -178,7 +154,7 @@ pub fn paint_irradiance(
     }
 }
 
-/// Draws the colours of irradiances from 0 to the brightest, with five of them as numbers.
+/// Draws the scale of colours from 0 to the brightest irradiance, with five numbers.
 fn draw_scale(canvas: &mut Canvas, brightest: f64) {
     const STEPS: i64 = 4;
     let width = (i64::from(canvas.width()) - 2 * MARGIN).min(480);
@@ -191,32 +167,27 @@ fn draw_scale(canvas: &mut Canvas, brightest: f64) {
         }
     }
     for step in 0..=STEPS {
-        // Colours go by the square root.
+        // Colours are by the square root of irradiance, so numbers go by the square of the share.
         let share = step as f64 / STEPS as f64;
         let unit = if step == STEPS { " W/m2" } else { "" };
-        let text = format!("{}{unit}", short(brightest * share * share));
+        let text = format!("{}{unit}", short_number(brightest * share * share));
         let x = MARGIN + (width - 1) * step / STEPS;
         canvas.text((x, bottom - TEXT_HEIGHT), &text, Colour::PAPER, NIGHT);
     }
 }
 
-/// Tells whether a picture is large enough for text beside the scene.
+/// Tells whether a picture is large enough for text.
 fn has_room_for_text(canvas: &Canvas) -> bool {
     canvas.width() >= 480 && canvas.height() >= 360
 }
 
-/// Writes a value in few characters; small values with an exponent.
-fn short(value: f64) -> String {
-    if value != 0.0 && value.abs() < 0.01 { format!("{value:.1e}") } else { plot_number(value) }
-}
-
-/// Writes a number on what is already there.
+/// Writes a text centred at a point.
 fn write_centred(canvas: &mut Canvas, (x, y): (f32, f32), text: &str) {
     let left = x.round() as i64 - Canvas::text_width(text) / 2;
     canvas.text((left, y.round() as i64 - TEXT_HEIGHT / 2), text, Colour::INK, Colour::PAPER);
 }
 
-/// Draws the twelve edges of a box, faint where something is in front.
+/// Draws the twelve edges of a box, faint where a triangle hides them.
 fn outline(
     canvas: &mut Canvas,
     camera: &Camera,
@@ -234,21 +205,21 @@ fn outline(
                 continue;
             };
             canvas.line((x0, y0), (x1, y1), colour, |share, x, y| {
-                // 1 / distance is what goes evenly along the line on the page.
+                // The reciprocal of the distance is linear along the projected line.
                 let distance = 1.0 / ((1.0 - share) / d0 + share / d1);
-                let place = usize::try_from(y * width + x).unwrap_or(usize::MAX);
-                let hidden = depths.get(place).is_some_and(|&depth| depth < distance * 0.998);
+                let pixel = usize::try_from(y * width + x).unwrap_or(usize::MAX);
+                let hidden = depths.get(pixel).is_some_and(|&depth| depth < distance * 0.998);
                 if hidden { strength * 0.25 } else { strength }
             });
         }
     }
 }
 
-/// Draws the cluster tree below the scene: the root on top, a dot for each cluster.
+/// Draws the cluster tree below the scene, with the root on top and a dot for each cluster.
 fn draw_tree(canvas: &mut Canvas, tree: &Sections<'_>, top: u32) {
     let nodes = tree.nodes();
     let clusters = tree.cluster_count() as usize;
-    // Leaves from left to right as the tree has them; inner nodes in the middle above their children.
+    // 1. Positions: leaves from left to right in depth-first order, inner nodes above the middle of their children.
     let mut across = vec![0.0_f32; nodes.len()];
     let mut level = vec![0_u32; nodes.len()];
     let mut next_leaf = 0.0;
@@ -267,29 +238,32 @@ fn draw_tree(canvas: &mut Canvas, tree: &Sections<'_>, top: u32) {
         level[at] = level[left].max(level[right]) + 1;
     }
     let deepest = level[nodes.len() - 1].max(1) as f32;
-    // Numbers stand below the dots where there is room for them.
     let numbered = has_room_for_text(canvas) && clusters <= MOST_NUMBERS;
     let margin = 24.0;
     let room = canvas.height() as f32 - top as f32 - 2.0 * margin;
     let spread = canvas.width() as f32 - 2.0 * margin;
-    let place = |at: usize| {
+    let position = |at: usize| {
         let y = top as f32 + margin + room * (1.0 - level[at] as f32 / deepest);
         (margin + spread * across[at], y)
     };
-    let places: Vec<_> = (0..nodes.len()).map(place).collect();
+    let positions: Vec<_> = (0..nodes.len()).map(position).collect();
+
+    // 2. Lines from each node to its parent.
     for (at, node) in nodes.iter().enumerate() {
         if node.parent != NodeId::NONE {
-            let ((x, y), (parent_x, parent_y)) = (places[at], places[node.parent.0 as usize]);
+            let ((x, y), (parent_x, parent_y)) = (positions[at], positions[node.parent.0 as usize]);
             let line = Colour::INK.mixed(Colour::PAPER, 0.4);
             canvas.line((x, y), (x, parent_y), line, |_, _, _| 1.0);
             canvas.line((x, parent_y), (parent_x, parent_y), line, |_, _, _| 1.0);
         }
     }
+
+    // 3. Dots of the clusters, with numbers below where there is room.
     let radius = (spread / clusters as f32 * 0.35).clamp(1.0, 7.0);
-    for (at, &place) in places.iter().enumerate().take(clusters) {
-        canvas.disc(place, radius, cluster_colour(at as u32));
+    for (at, &(x, y)) in positions.iter().enumerate().take(clusters) {
+        canvas.disc((x, y), radius, cluster_colour(at as u32));
         if numbered {
-            write_centred(canvas, (place.0, place.1 + radius + 10.0), &at.to_string());
+            write_centred(canvas, (x, y + radius + 10.0), &at.to_string());
         }
     }
 }

@@ -1,58 +1,58 @@
-//! Line plots as SVG, to stand in a page.
+//! Line plots as SVG inside HTML.
 //!
-//! The text keeps a readable size on narrow screens because the drawing is only 480 units wide; the legend
-//! is left to the page, where it can wrap.
+//! The drawing is only 480 units wide, so that its text stays readable on narrow screens. The legend is HTML, which can
+//! wrap.
 
 use std::fmt::Write;
 
-use super::Colour;
-use super::picture::cluster_colour;
+use super::colour::line_colour;
+pub use super::number::number;
 
-/// How values map to places.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
+    /// Scale linear in the values.
     Linear,
-    /// By their logarithm; values must be above 0, others are left out.
+    /// Scale linear in the logarithms. Values not above 0 are omitted.
     Logarithmic,
 }
 
-/// A line of a plot.
+/// Line of a plot.
 pub struct Series {
-    /// For the legend.
+    /// Label in the legend.
     pub label: String,
-    /// A colour by number; see [`line_colour`].
+    /// Number of the colour: equal numbers give equal colours.
     pub colour: usize,
-    /// Whether the line is dashed.
+    /// Stroke of the line.
     pub stroke: Stroke,
-    /// Where it goes.
+    /// Points (x, y), joined in order.
     pub points: Vec<(f64, f64)>,
 }
 
-/// How a line is drawn.
+/// Stroke of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
-    /// Through.
+    /// Continuous stroke.
     Solid,
-    /// With gaps.
+    /// Stroke with gaps.
     Dashed,
 }
 
-/// A plot.
+/// Line plot.
 pub struct Plot {
-    /// Above it.
+    /// Title above the plot.
     pub title: String,
-    /// What goes right, and its unit.
+    /// Quantity along x, with its unit.
     pub x_label: String,
-    /// What goes up, and its unit.
+    /// Quantity along y, with its unit.
     pub y_label: String,
-    /// How x maps.
+    /// Scale of x.
     pub x_scale: Scale,
-    /// How y maps.
+    /// Scale of y.
     pub y_scale: Scale,
-    /// Ticks along x, where those found are not wanted, with their labels.
+    /// Ticks along x with their labels; if empty, ticks are chosen automatically.
     pub x_ticks: Vec<(f64, String)>,
-    /// The lines.
+    /// Lines of the plot.
     pub series: Vec<Series>,
 }
 
@@ -62,20 +62,11 @@ const LEFT: f64 = 58.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 46.0;
-/// About as many ticks along an axis.
+/// Approximate number of ticks along an axis.
 const TICKS: f64 = 6.0;
 
-/// A colour for a line, dark enough on white, as CSS. After eight, hues come close to one another again, and the next
-/// eight are darker.
-pub fn line_colour(number: usize) -> String {
-    let light = [0.78, 0.4][number / 8 % 2];
-    let Colour(red, green, blue) = cluster_colour(number as u32).times(light);
-    let byte = |part: f32| (part.clamp(0.0, 1.0) * 255.0) as u8;
-    format!("#{:02x}{:02x}{:02x}", byte(red), byte(green), byte(blue))
-}
-
 impl Plot {
-    /// The drawing, and below it the legend, as HTML.
+    /// Draws the plot, with the legend below, as HTML.
     pub fn to_html(&self) -> String {
         let x_axis = Axis::of(self.x_scale, self.points().map(|(x, _)| x));
         let y_axis = Axis::of(self.y_scale, self.points().map(|(_, y)| y));
@@ -123,7 +114,7 @@ impl Plot {
             escape(&self.y_label)
         );
 
-        // 2. The lines; a pointer over a point shows its values.
+        // 2. The lines, with points that show their values when the pointer is on them.
         for series in &self.series {
             let colour = line_colour(series.colour);
             let shown = |&(x, y): &(f64, f64)| x_axis.shows(x) && y_axis.shows(y);
@@ -169,10 +160,10 @@ impl Plot {
     }
 }
 
-/// The range of an axis, with tidy ends.
+/// Range of an axis, with ends at ticks.
 struct Axis {
     scale: Scale,
-    /// In units of the scale: logarithms to base 10 where it is logarithmic.
+    /// Lower end, in values, or in logarithms to base 10 if the scale is logarithmic.
     low: f64,
     high: f64,
     step: f64,
@@ -193,7 +184,7 @@ impl Axis {
         }
         let step = match scale {
             Scale::Linear => tidy((high - low).max(1e-9) / TICKS),
-            // Whole powers of ten, or thirds of them.
+            // Ticks at whole powers of ten, or at thirds of a power of ten for short ranges.
             Scale::Logarithmic if high - low > 2.5 => ((high - low) / TICKS).ceil(),
             Scale::Logarithmic => 1.0 / 3.0,
         };
@@ -220,13 +211,13 @@ impl Axis {
                 let value = self.low + tick as f64 * self.step;
                 match self.scale {
                     Scale::Linear => {
-                        // -0 and rounding left from the addition.
+                        // Removes -0 and the rounding error of the addition.
                         let value = (value / self.step).round() * self.step + 0.0;
                         (value, number(value))
                     }
                     Scale::Logarithmic => {
                         let power = 10_f64.powf(value.floor());
-                        // Thirds of a power of ten are called 1, 2, 5.
+                        // Thirds of a power of ten are labelled 1, 2, 5.
                         let third = ((value - value.floor()) * 3.0).round() as usize;
                         let value = power * [1.0, 2.0, 5.0, 10.0][third.min(3)];
                         (value, number(value))
@@ -237,35 +228,14 @@ impl Axis {
     }
 }
 
-/// The nearest of 1, 2 and 5 times a power of ten that is not below.
+/// Rounds a step up to 1, 2 or 5 times a power of ten.
 fn tidy(step: f64) -> f64 {
     let power = 10_f64.powf(step.log10().floor());
     let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * power >= step * 0.999);
     factor.unwrap_or(10.0) * power
 }
 
-/// A number in few characters: 12k, 0.5, 3M.
-pub fn number(value: f64) -> String {
-    let size = value.abs();
-    let (value, unit) = match size {
-        1e9.. => (value / 1e9, "G"),
-        1e6.. => (value / 1e6, "M"),
-        1e4.. => (value / 1e3, "k"),
-        _ => (value, ""),
-    };
-    let places = match value.abs() {
-        0.0 | 100.0.. => 0,
-        10.0.. => 1,
-        1.0.. => 2,
-        _ => 3,
-    };
-    let text = format!("{value:.places$}");
-    let text =
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    format!("{text}{unit}")
-}
-
-/// Makes text safe in HTML.
+/// Escapes text for HTML.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -273,15 +243,6 @@ pub fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        let cases =
-            [(0.0, "0"), (0.125, "0.125"), (12.0, "12"), (1_500.0, "1500"), (70_888.0, "70.9k")];
-        for (value, text) in cases.into_iter().chain([(2.5e6, "2.5M"), (-40.0, "-40")]) {
-            assert_eq!(number(value), text);
-        }
-    }
 
     #[test]
     fn axes_hold_all_values() {

@@ -1,4 +1,4 @@
-//! The page about the paper's figures and tables.
+//! Page about the paper's figures and tables.
 
 use super::paper_words::{differences, reasons, saves_or_loses, verdict};
 use super::separation::separation_section;
@@ -11,29 +11,29 @@ use crate::studies::paper::figure3::{Figure3, HIERARCHY_LEVEL, PUBLISHED_GAIN, S
 use crate::studies::paper::tables::{LevelRow, SceneTable};
 use crate::studies::separation::SeparationRow;
 
-/// All that the page shows.
+/// Measurements that the page shows.
 pub struct PaperEvidence<'e> {
-    /// Figure 3.
+    /// Measurements of figure 3.
     pub figure3: &'e Figure3,
-    /// Tables 1 to 3.
+    /// Measurements of tables 1 to 3.
     pub tables: &'e [SceneTable],
-    /// Figure 3 with the clusters at other distances.
+    /// Measurements of figure 3 with its clusters at other distances.
     pub separation: &'e [SeparationRow],
-    /// Where the figures come from.
+    /// Machine, compiler and commit of the measurements.
     pub provenance: &'e Provenance,
-    /// The command that gives them again.
+    /// Command that repeats the measurements.
     pub command: &'e str,
 }
 
-/// Writes the page.
+/// Makes the page.
 pub fn paper_page(evidence: &PaperEvidence<'_>) -> Page {
     let mut page = Page::new("The paper's figures and tables, measured again");
     page.paragraph(
         "N. Aguilera, J. Revelles, M. Lastra, R. Montes, R. J. García: Representaciones Espaciales Para Escenas \
          Constituidas Mediante Agrupaciones de Objetos. Every index gives the same hits, bit for bit; that was \
-         checked on these rays before they were timed. Times are processor times of one thread, medians of \
-         repetitions that take turns. A gain is the time saved over the slower, above 0 where the octrees or the \
-         hierarchy are ahead.",
+         checked on these rays before they were timed. Times are processor times of one thread: medians of \
+         interleaved repetitions. A gain is the time saved, as a share of the slower index's time. It is above 0 where \
+         the octrees or the hierarchy are faster.",
     );
     page.note(&format!("{}. {}", evidence.command, evidence.provenance.line()));
     summary(&mut page, evidence.tables);
@@ -55,7 +55,7 @@ pub fn paper_page(evidence: &PaperEvidence<'_>) -> Page {
     page
 }
 
-/// A measurement's time per million photons, as the tables have it.
+/// Writes the seconds of a measurement for a million photons.
 fn seconds_per_million(measurement: &Measurement) -> String {
     format!("{:.2}", measurement.microseconds_per_photon())
 }

@@ -1,19 +1,19 @@
-//! What the paper's tables and ours have in common, in words, and why they differ.
+//! Sentences about our tables and the paper's: what agrees, what differs, and why.
 
 use crate::studies::paper::tables::{DEEP_GAIN, LAST_LEVEL_OF_GRIDS, LevelRow, SceneTable};
 
-/// Whether a gain is at least the paper's.
+/// Says whether a gain is at least the paper's.
 pub fn verdict(gain: f64, published: f64) -> &'static str {
     if gain >= published { "at least the paper's" } else { "less than the paper's" }
 }
 
-/// A gain, as what is done with the time.
+/// Writes a gain as a verb and a percentage.
 pub fn saves_or_loses(gain: f64) -> String {
     let what = if gain >= 0.0 { "saves" } else { "loses" };
     format!("{what} {:.1}%", gain.abs())
 }
 
-/// One line for each scene: who wins where.
+/// Writes one line for each scene: the levels at which grids or octrees are faster.
 pub fn differences(tables: &[SceneTable]) -> Vec<String> {
     let line = |table: &SceneTable| {
         format!(
@@ -45,14 +45,13 @@ fn who_wins(table: &SceneTable, gain: fn(&LevelRow) -> f64) -> String {
     }
 }
 
-/// What the counters say about it.
+/// Writes the reasons for the differences, from the counters.
 pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
     let mut points = vec![
-        "Equal memory depends on how an octree is stored, and the paper does not say how. Ours stores a link to each \
-         cell that is not empty, and lists side by side: little more than a grid's one word a cell. So a grid of \
-         the same size is neither starved nor too fine, and stays near its best density. In an octree with pointers \
-         all eight children exist, with eight links each, and lists are linked; a grid of that size has several times \
-         as many cells."
+        "Equal memory depends on how an octree is stored, which the paper does not say. Our octrees store a link to each \
+         cell that is not empty, and contiguous lists: little more than a grid's one word a cell. So a grid of the same \
+         size has about the density at which grids are fastest. In an octree with pointers all eight children exist, \
+         with eight links each, and lists are linked; a grid of that size has several times as many cells."
             .to_owned(),
     ];
     for table in tables {
@@ -83,22 +82,22 @@ pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
     points
 }
 
-/// What the counters of the deepest level show.
+/// Writes the reasons at the deepest level.
 fn deepest_level(last: &LevelRow) -> String {
     let mut said = Vec::new();
     if last.grid.tests_per_ray() < last.octree.tests_per_ray() {
         said.push(
-            "Grids of the same size do fewer tests, because the octrees stop at 12 triangles a leaf where the grids \
-             go on.",
+            "Grids of the same size do fewer tests, because the octrees stop dividing at 12 triangles a leaf and the \
+             grids do not.",
         );
     }
     if last.pointer_grid.nodes_per_ray() > last.grid.nodes_per_ray() {
-        said.push("Large grids pay in cells stepped through.");
+        said.push("Large grids visit more cells.");
     }
     said.join(" ")
 }
 
-/// Who wins at the lowest level, by how much, and what that comes from.
+/// Writes the gains at the lowest level, with their reason.
 fn first_level(tables: &[SceneTable]) -> String {
     let gains = |gain: fn(&LevelRow) -> f64| {
         let rows = tables.iter().filter_map(|table| Some((table, table.rows.first()?)));
@@ -109,9 +108,9 @@ fn first_level(tables: &[SceneTable]) -> String {
     };
     let level = tables.iter().find_map(|table| table.rows.first()).map_or(1, |row| row.level);
     format!(
-        "At level {level} an octree of ours is so small that the grid of its size has only a few cells in all. The gain \
-         of the octrees there: {}. Grids with the memory of pointers have more cells, and the gain of the octrees is: {}. \
-         Where the second is below the first, the crossover moves with what a node weighs.",
+        "At level {level} our octrees are so small that a grid of the same size has only a few cells. The gain of the \
+         octrees at this level: {}. Over grids as large as octrees with pointers, which have more cells: {}. Where the \
+         second gain is below the first, the crossover depends on the bytes of a node.",
         gains(LevelRow::gain),
         gains(LevelRow::pointer_gain),
     )

@@ -1,21 +1,21 @@
-//! The part of pages about clusters that move apart.
+//! Section of pages about the gain of a hierarchy against the separation of clusters.
 
 use crate::bench::plan::pairs;
 use crate::report::html::{Page, signed_percent};
 use crate::report::plot::{Plot, Scale, Series, Stroke, number};
 use crate::studies::separation::{GAPS, Gains, SeparationRow};
 
-/// Touching clusters have no place on a logarithmic axis; they stand here.
-const PLACE_OF_TOUCHING: f64 = 0.3;
+/// Coordinate of touching clusters, whose gap of 0 is not on a logarithmic axis.
+const COORDINATE_OF_TOUCHING: f64 = 0.3;
 
-/// Plots and a table of what a hierarchy gains over a single index.
+/// Adds plots and a table of the gain of a hierarchy over a single index.
 pub fn separation_section(page: &mut Page, rows: &[SeparationRow]) {
     page.heading("Gain against separation");
     page.paragraph(
-        "Figure 3's clusters, from touching to 10,000 times their size apart; every index as it is built by \
-         default, alone and in each cluster. Counters: nodes and tests, weighted by the cost model. Memory: bytes \
-         beside the triangles, or all bytes of an index that keeps them in a form of its own. Saved is meant over the \
-         worse of the two; below 0 the hierarchy loses. Touching clusters are one cluster, and nothing is gained.",
+        "Figure 3's clusters, from touching to 10,000 times their size apart. Every index is built with default options, \
+         over the whole scene and in each cluster. Counters: nodes and tests, weighted by the cost model. Memory: bytes \
+         beside the triangles, or all bytes of an index that stores triangles in its own form. Savings are relative to \
+         the worse of the two; below 0 the hierarchy loses. Touching clusters form one cluster, so nothing is gained.",
     );
     page.plots(&[
         plot(rows, "Time saved by the hierarchy", |gains| gains.time),
@@ -44,7 +44,7 @@ pub fn separation_section(page: &mut Page, rows: &[SeparationRow]) {
         })
         .collect();
     page.table(
-        "Alone against in each cluster; the gap is a multiple of a cluster's size",
+        "One index over the whole scene against one in each cluster; the gap is a multiple of a cluster's size",
         &[
             "index",
             "gap",
@@ -65,7 +65,7 @@ pub fn separation_section(page: &mut Page, rows: &[SeparationRow]) {
 }
 
 fn plot(rows: &[SeparationRow], title: &str, value: fn(Gains) -> f64) -> Plot {
-    let place = |gap: u32| if gap == 0 { PLACE_OF_TOUCHING } else { f64::from(gap) };
+    let coordinate = |gap: u32| if gap == 0 { COORDINATE_OF_TOUCHING } else { f64::from(gap) };
     let series = pairs().enumerate().map(|(colour, (single, _))| Series {
         label: single.name().to_owned(),
         colour,
@@ -73,7 +73,7 @@ fn plot(rows: &[SeparationRow], title: &str, value: fn(Gains) -> f64) -> Plot {
         points: rows
             .iter()
             .filter(|row| row.single.case.kind == single)
-            .map(|row| (place(row.gap), value(row.gains())))
+            .map(|row| (coordinate(row.gap), value(row.gains())))
             .collect(),
     });
     let ticks = GAPS.iter().filter(|gap| gap.to_string().trim_end_matches('0').len() <= 1);
@@ -89,7 +89,7 @@ fn plot(rows: &[SeparationRow], title: &str, value: fn(Gains) -> f64) -> Plot {
         y_scale: Scale::Linear,
         x_ticks: ticks
             .filter(|gap| !gap.to_string().starts_with('3'))
-            .map(|&gap| (place(gap), label(gap)))
+            .map(|&gap| (coordinate(gap), label(gap)))
             .collect(),
         series: series.collect(),
     }

@@ -1,0 +1,41 @@
+//! Numbers in few characters, for axes, tables and pictures.
+
+/// Writes a number in few characters: 12k, 0.5, 3M.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    let (value, unit) = match size {
+        1e9.. => (value / 1e9, "G"),
+        1e6.. => (value / 1e6, "M"),
+        1e4.. => (value / 1e3, "k"),
+        _ => (value, ""),
+    };
+    let places = match value.abs() {
+        0.0 | 100.0.. => 0,
+        10.0.. => 1,
+        1.0.. => 2,
+        _ => 3,
+    };
+    let text = format!("{value:.places$}");
+    let text =
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text}{unit}")
+}
+
+/// Writes a number as [`number`] does, but numbers below 0.01 with an exponent.
+pub fn short_number(value: f64) -> String {
+    if value != 0.0 && value.abs() < 0.01 { format!("{value:.1e}") } else { number(value) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let cases =
+            [(0.0, "0"), (0.125, "0.125"), (12.0, "12"), (1_500.0, "1500"), (70_888.0, "70.9k")];
+        for (value, text) in cases.into_iter().chain([(2.5e6, "2.5M"), (-40.0, "-40")]) {
+            assert_eq!(number(value), text);
+        }
+    }
+}
