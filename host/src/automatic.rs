@@ -1,18 +1,18 @@
-//! The automatic selection, with memory from the heap.
+//! Automatic selection of an index, with memory from the heap.
 
 use arboleda::select::{Selection, USUAL, select};
 use arboleda::{Block, BuildError, Options, Scene};
 
-/// An index that needs more bytes a triangle than this is left out: the grids and octrees worth having stay
-/// below a quarter of it.
+/// Bytes of the arena for each triangle. An index that needs more is left out of the selection: grids and octrees that
+/// are worth their memory stay below a quarter of it.
 const BYTES_PER_TRIANGLE: usize = 1024;
-/// Room for the smallest scenes.
+/// Bytes of the arena beside those for the triangles, because the smallest scenes need more for each triangle.
 const LEAST_BYTES: usize = 1 << 20;
 
-/// Chooses among the usual indices; see [`arboleda::select::select`].
+/// Chooses among the usual indices, as [`arboleda::select::select`] does.
 ///
 /// # Errors
-/// As there.
+/// Those of [`arboleda::select::select`].
 pub fn select_index(scene: &Scene<'_>, options: &Options) -> Result<Selection, BuildError> {
     let count = scene.triangles().len();
     let scratch_bytes = USUAL.iter().map(|kind| kind.scratch_capacity(count, options)).max();
@@ -22,10 +22,10 @@ pub fn select_index(scene: &Scene<'_>, options: &Options) -> Result<Selection, B
     select(scene, options, USUAL, arena.bytes(), scratch.bytes())
 }
 
-/// Zeroed memory of which only touched pages become resident.
+/// Zeroed memory whose pages become resident only when they are written.
 ///
-/// A vector of blocks would be filled with zeros in a loop, and so be resident: blocks are aligned more strictly than
-/// memory that the allocator hands out as zeros.
+/// A vector of `u64` is allocated as zeroed pages. A vector of [`Block`]s, whose alignment is stricter, would be filled
+/// by a loop, which makes every page resident.
 struct Untouched(Vec<u64>);
 
 impl Untouched {

@@ -1,19 +1,20 @@
 //! Files that are written whole or not at all.
 //!
 //! ```text
-//! check_writable ... work ... write_file: beside the target, then renamed over it
+//! check_writable -> the work -> write_file: writes a temporary file beside the target, then renames it
 //! ```
-//! An interrupted or failed write leaves the old file as it was. A target that is no regular file, such as a pipe or a
-//! device, is written directly.
+//! An interrupted or failed write leaves the old file as it was. A target that is not a regular file, such as a pipe or
+//! a device, is written directly.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use npyz::WriterBuilder;
 use tempfile::NamedTempFile;
 
-/// Checks that a file can be written, before the work for it is done. Leaves nothing behind.
+/// Checks that a file can be written, for use before the work whose result it will hold. Leaves no file behind.
 ///
 /// # Errors
 /// Fails if the file's folder does not exist or cannot be written to, or if the path is a folder or a read-only file.
@@ -26,10 +27,10 @@ pub fn check_writable(path: &Path) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a file; `fill` gives the contents.
+/// Writes a file; `fill` writes the contents.
 ///
 /// # Errors
-/// Those of [`check_writable`]; fails too if `fill` fails, or the device is full.
+/// Those of [`check_writable`] and of `fill`; fails if the device is full.
 pub fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -60,10 +61,28 @@ pub fn write_file(
     }
 }
 
+/// Writes values as a `.npy` array; the product of `shape` is the number of values.
+///
+/// # Errors
+/// Those of [`write_file`].
+pub fn write_npy<T: npyz::AutoSerialize + Copy>(
+    path: &Path,
+    shape: &[usize],
+    values: &[T],
+) -> anyhow::Result<()> {
+    let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
+    write_file(path, |file| {
+        let mut writer =
+            npyz::WriteOptions::new().default_dtype().shape(&shape).writer(file).begin_nd()?;
+        writer.extend(values.iter().copied())?;
+        writer.finish()
+    })
+}
+
 /// Makes a folder for files, and the folders above it.
 ///
 /// # Errors
-/// Fails if the folder cannot be made, or no file in it.
+/// Fails if the folder or a file in it cannot be made.
 pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder)
         .and_then(|()| temporary(folder).map(drop))
@@ -74,11 +93,11 @@ fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
 
-/// The end of a path.
+/// Kind of output that a path names.
 enum Target {
-    /// A pipe, a terminal, a device.
+    /// A pipe, a terminal or a device: written directly.
     Stream,
-    /// A file that exists or can be made.
+    /// A file that exists or can be made: replaced by a rename.
     Regular { file: PathBuf, folder: PathBuf },
 }
 
@@ -86,13 +105,14 @@ impl Target {
     fn of(path: &Path) -> anyhow::Result<Self> {
         if let Ok(present) = fs::metadata(path) {
             ensure!(!present.is_dir(), "{}: it is a folder", cannot_write(path));
-            // Below /dev, a redirected standard output is a regular file that must not be replaced.
+            // /dev/stdout redirected to a file is a regular file; a rename would replace the file instead of writing
+            // it.
             if !present.is_file() || path.starts_with("/dev") || path.starts_with("/proc") {
                 return Ok(Self::Stream);
             }
             ensure!(!present.permissions().readonly(), "{}: it is read-only", cannot_write(path));
         }
-        // The file that a link leads to is replaced, not the link.
+        // A symbolic link stays; the file that it leads to is replaced.
         let file = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let folder = match file.parent() {
             Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
@@ -104,7 +124,8 @@ impl Target {
     }
 }
 
-/// Makes a file that is deleted unless it is renamed. Its permissions are those of any new file, by the system's mask.
+/// Makes a file that is deleted when dropped unless it was renamed. Its permissions are those of any new file: 0666
+/// less the process's mask.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".arboleda-").suffix(".part");

@@ -1,7 +1,7 @@
 //! The `std` side of Arboleda: scenes, photons, comparisons, reports.
 //!
 //! ```text
-//! scene (OBJ, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, record) -> report
+//! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> report
 //!                                    |
 //!                 contenders (what can be measured) -> bench (how) -> studies (what is compared) -> report
 //! ```
@@ -30,12 +30,13 @@ pub mod scene;
 mod signature;
 pub mod studies;
 mod threads;
+mod vector;
 
 pub use automatic::select_index;
 pub use owned_index::{OwnedIndex, kind_by_name, kind_names};
 pub use threads::Threads;
 
-/// The code of the project's front page, compiled and run.
+/// Code of the project's front page, compiled and run as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 pub struct FrontPage;

@@ -1,4 +1,4 @@
-//! The command line.
+//! The program `arboleda`: hands its arguments to `commands::run`.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! An index with its arena on the heap, sized by a dry run.
+//! Index with its arena on the heap, sized by a dry run.
 
 use std::time::Instant;
 
@@ -6,7 +6,7 @@ use arboleda::{
     AnyIndex, Block, BuildError, Executor, IndexKind, Mesh, Options, Scene, Sequential,
 };
 
-/// An index of any kind that owns its memory.
+/// Index of any kind that owns its memory.
 pub struct OwnedIndex {
     kind: IndexKind,
     blocks: Vec<Block>,
@@ -16,10 +16,10 @@ pub struct OwnedIndex {
 }
 
 impl OwnedIndex {
-    /// Finds out how much memory is needed, allocates that much, and builds, in the caller's thread.
+    /// Computes the capacity, allocates exactly that much, and builds, in the caller's thread.
     ///
     /// # Errors
-    /// As [`arboleda::Index::build`], without those about space.
+    /// Those of [`arboleda::Index::build`] except the ones about space.
     pub fn build(
         kind: IndexKind,
         scene: &Scene<'_>,
@@ -28,10 +28,10 @@ impl OwnedIndex {
         Self::build_with(kind, scene, options, &Sequential)
     }
 
-    /// As [`OwnedIndex::build`], with the help of an executor, as [`crate::Threads`]; the same bytes.
+    /// Builds as [`OwnedIndex::build`] does, with an executor such as [`crate::Threads`]. The bytes are the same.
     ///
     /// # Errors
-    /// As there.
+    /// Those of [`OwnedIndex::build`].
     pub fn build_with(
         kind: IndexKind,
         scene: &Scene<'_>,
@@ -49,44 +49,44 @@ impl OwnedIndex {
         Ok(Self { kind, blocks, bytes, build_seconds, scratch_bytes })
     }
 
-    /// The index, read from its bytes as it would be from a file. Cost: linear, for the validation.
+    /// Opens the index from its bytes, as from a file. Cost: linear in the bytes, which are validated.
     ///
     /// # Panics
-    /// Only if it was built beside a mesh: the bytes are those that `build` wrote.
+    /// If the index was built beside a mesh; never otherwise, because `build` wrote the bytes.
     pub fn index(&self) -> AnyIndex<'_> {
         self.kind.from_bytes(self.as_bytes()).expect("a built index is valid")
     }
 
-    /// As [`OwnedIndex::index`], of one that was built beside a mesh.
+    /// Opens the index beside the mesh that it was built beside.
     ///
     /// # Panics
-    /// If it was built beside another, or has its triangles itself.
+    /// If the index was built beside another mesh, or holds its triangles itself.
     pub fn index_beside<'a>(&'a self, mesh: Mesh<'a>) -> AnyIndex<'a> {
         let index = self.kind.from_bytes_beside(self.as_bytes(), mesh);
         index.expect("a built index is valid beside its mesh")
     }
 
-    /// The bytes of the index.
+    /// Returns the index bytes.
     pub fn as_bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.blocks)[..self.bytes]
     }
 
-    /// Which kind it is.
+    /// Returns the kind of the index.
     pub fn kind(&self) -> IndexKind {
         self.kind
     }
 
-    /// The length of the index, with all it needs to answer.
+    /// Returns the number of index bytes, triangles included if the index holds them.
     pub fn bytes(&self) -> usize {
         self.bytes
     }
 
-    /// What the build needed beside, for its duration.
+    /// Returns the bytes of scratch memory that the build used.
     pub fn scratch_bytes(&self) -> usize {
         self.scratch_bytes
     }
 
-    /// How long the build took, without finding out its size.
+    /// Returns the seconds of the build, without the dry run that computes the capacity.
     pub fn build_seconds(&self) -> f64 {
         self.build_seconds
     }
@@ -97,7 +97,7 @@ pub fn kind_by_name(name: &str) -> Option<IndexKind> {
     IndexKind::ALL.iter().copied().find(|kind| kind.name() == name)
 }
 
-/// The names of all indices, the oracle first.
+/// Lists the names of all indices, the linear scan first.
 pub fn kind_names() -> impl Iterator<Item = &'static str> {
     IndexKind::ALL.iter().map(|kind| kind.name())
 }

@@ -1,6 +1,6 @@
-//! Kinds of files that are recognised by their first bytes.
+//! Signatures: the first bytes by which kinds of files are recognised.
 
-/// A kind of file that is often given where another is wanted.
+/// Kind of file that people often pass by mistake, or a `.npy` file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Signature {
     Gzip,
@@ -25,7 +25,7 @@ impl Signature {
         FIRST_BYTES.iter().find(|(first, _)| bytes.starts_with(first)).map(|&(_, kind)| kind)
     }
 
-    /// A sentence about the kind, for messages.
+    /// Describes the kind in a clause for messages.
     pub fn kind(self) -> &'static str {
         match self {
             Self::Gzip => "it is compressed by gzip",

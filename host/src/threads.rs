@@ -1,9 +1,9 @@
-//! The threads that help with a build.
+//! Threads of parallel builds.
 
 use arboleda::Executor;
 use rayon::ThreadPool;
 
-/// Rayon's threads, as an executor of the core.
+/// Executor of the core that runs on Rayon's threads.
 ///
 /// # Examples
 /// ```
@@ -22,8 +22,8 @@ use rayon::ThreadPool;
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
-    /// So many threads; `None` for those of the caller's pool, by default one on each processor. If the
-    /// system refuses them, the caller's pool does the work.
+    /// Creates a pool of `count` threads. With `None` the caller's pool is used, by default one thread for each
+    /// processor. If the system refuses `count` threads, the caller's pool is used too.
     pub fn new(count: Option<usize>) -> Self {
         let pool = |count: usize| rayon::ThreadPoolBuilder::new().num_threads(count.max(1)).build();
         Self(count.and_then(|count| pool(count).ok()))

@@ -27,7 +27,7 @@ fn help_tells_layouts_ranges_and_indices() {
             ][..],
         ),
         ("shoot", &["('front_photons','<u8')", "('back_flux','<f8')", "1e6", "in watts"]),
-        ("inspect", &["64 to 8192", "with a picture where one is asked for"]),
+        ("inspect", &["64 to 8192", "with --picture, paint the clusters"]),
         ("compare", &["--studies", "growth", "separation"]),
         ("paper", &["figure 3"]),
         ("separation", &["10,000 times"]),

@@ -121,7 +121,7 @@ fn rays_in_the_coordinates_of_a_file_far_away() {
     for origin in [["--origin", "auto"], ["--origin", "500000,4649776,0"]] {
         let after = cast(&origin);
         assert!(!after.contains("warning"), "{after}");
-        assert!(after.contains("subtracted; add it to positions that are shown"), "{after}");
+        assert!(after.contains("subtracted; add it to printed positions"), "{after}");
         assert!(after.contains("bvh: 1 hits of 3 rays"), "{after}");
         let hits = std::fs::read(folder.join("hits.npy")).unwrap();
         let records = &hits[hits.len() - 3 * 16..];

@@ -1,4 +1,4 @@
-//! Arguments that several commands share.
+//! Arguments that several commands have in common.
 
 use std::path::PathBuf;
 
@@ -15,17 +15,17 @@ use crate::owned_index::kind_by_name;
 use crate::scene::{self, Model, Origin, UpAxis};
 use crate::select_index;
 
-/// Which scene.
+/// Arguments that name a scene.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArguments {
-    /// A scene file: OBJ, PLY, STL or glTF (.gltf, .glb)
+    /// Scene file: OBJ, PLY, STL or glTF (.gltf, .glb)
     #[arg(value_name = "SCENE", conflicts_with = "scene")]
     file: Option<PathBuf>,
-    /// A built-in scene instead: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N, city-N
+    /// Built-in scene, in place of a file: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N or city-N,
     /// with about N triangles
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// The axis that points up, for pictures and the default light
+    /// Axis that points up, for pictures and the default light
     #[arg(long, value_name = "auto|y|z", default_value_t = UpAxis::Auto)]
     pub up: UpAxis,
     #[command(flatten)]
@@ -35,25 +35,24 @@ pub struct SceneArguments {
 /// Option for the origin of the coordinates of scene files.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct OriginArgument {
-    /// Subtract a point from the coordinates of scene files, in 64 bits, before they are rounded to 32;
-    /// `auto` takes the middle of the scene. Rays and lights are given in the file's coordinates all the
-    /// same. The point is printed
+    /// Subtract a point from the coordinates of the scene file, in 64 bits, before they are rounded to 32 bits. `auto`
+    /// subtracts the middle of the scene. Rays and lights stay in the coordinates of the file. The point is printed
     #[arg(long, value_name = "X,Y,Z|auto", allow_hyphen_values = true)]
     origin: Option<Origin>,
 }
 
 impl OriginArgument {
-    /// The origin asked for, or none.
+    /// Returns the origin of the command line, by default [`Origin::Unchanged`].
     pub fn get(self) -> Origin {
         self.origin.unwrap_or_default()
     }
 }
 
 impl SceneArguments {
-    /// Loads the file and logs warnings about it, or makes the built-in scene.
+    /// Loads the file and logs its warnings, or makes the built-in scene.
     ///
     /// # Errors
-    /// If neither or an unknown scene is named, or the file cannot be used.
+    /// If no scene or an unknown scene is named, or the file cannot be read.
     pub fn load(&self) -> anyhow::Result<Model> {
         during("loading", || self.load_unwatched())
     }
@@ -73,38 +72,38 @@ impl SceneArguments {
     }
 }
 
-/// How indices are built.
+/// Arguments of index builds.
 #[derive(Args, Clone, Debug)]
 pub struct BuildArguments {
-    /// A cell with at most this many triangles is not divided
+    /// Most triangles of a cell that is not divided further
     #[arg(long, value_name = "N", default_value_t = Options::default().leaf_capacity,
         value_parser = whole::<u32>(1..=u32::MAX.into()))]
     leaf_capacity: u32,
-    /// The highest level of an octree, 0 to 20 [default: found by estimated cost]
+    /// Deepest level of an octree, 0 to 20 [default: the level of the least estimated cost]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=20))]
     level: Option<u32>,
-    /// Primitives whose boxes are at most this multiple of the class's median diagonal apart are in
-    /// one cluster
+    /// Largest gap inside a cluster: primitives whose bounding boxes are at most X times the median diagonal of their
+    /// size class apart are in one cluster
     #[arg(long, value_name = "X", default_value_t = Options::default().proximity,
         value_parser = number(0.0..=1e6))]
     proximity: f32,
-    /// The most size classes, 1 to 4
+    /// Most size classes, 1 to 4
     #[arg(long, value_name = "N", default_value_t = Options::default().size_classes,
         value_parser = whole::<u32>(1..=4))]
     size_classes: u32,
-    /// The cells of uniform grids, for each triangle, 0.001 to 1024 [default: found by estimated cost]
+    /// Cells of a uniform grid for each triangle, 0.001 to 1024 [default: the number of the least estimated cost]
     #[arg(long, value_name = "X", value_parser = number(0.001..=1024.0))]
     cells_per_triangle: Option<f32>,
-    /// Build bounding volume hierarchies by inserting triangles one by one (Goldsmith and Salmon)
+    /// Build bounding volume hierarchies by inserting triangles one by one (Goldsmith and Salmon 1987)
     #[arg(long)]
     bvh_insertion: bool,
-    /// Find clusters among whole objects of the file rather than among triangles
+    /// Find clusters among whole objects of the file instead of single triangles
     #[arg(long)]
     objects: bool,
 }
 
 impl BuildArguments {
-    /// The options for the core, which checks them.
+    /// Converts to the core's options; the core checks their values.
     pub fn options(&self) -> Options {
         Options {
             leaf_capacity: self.leaf_capacity,
@@ -119,26 +118,26 @@ impl BuildArguments {
         }
     }
 
-    /// The model as the clusters are to be found in it.
+    /// Makes the scene of a model whose primitives are triangles, or objects with `--objects`.
     pub fn scene<'m>(&self, model: &'m Model) -> Scene<'m> {
         if self.objects { model.scene_of_objects() } else { model.scene() }
     }
 }
 
-/// How much is measured, where several indices are.
+/// Arguments of measurements.
 #[derive(Args, Clone, Debug)]
 pub struct MeasureArguments {
-    /// Photons to each repetition
+    /// Number of photons in each repetition
     #[arg(long, value_name = "N", default_value_t = 30_000, value_parser = whole::<u64>(1..=MOST_REPLAYED_PHOTONS))]
     photons: u64,
     #[command(flatten)]
     repeat: RepeatArguments,
 }
 
-/// How often the same is measured, and on which photons.
+/// Repetitions of a measurement, and its photons.
 #[derive(Args, Clone, Debug)]
 pub struct RepeatArguments {
-    /// How often the rays are replayed
+    /// Number of times that the rays are replayed
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<usize>(1..=MOST_REPETITIONS))]
     pub repetitions: usize,
     /// Another seed gives other photons
@@ -153,7 +152,7 @@ impl MeasureArguments {
         Effort { photons: self.photons, repetitions, seconds, share, seed }
     }
 
-    /// Writes the command line that measures the same again.
+    /// Writes the command line that repeats the measurement.
     pub fn command(&self, name: &str) -> String {
         let RepeatArguments { repetitions, seed } = self.repeat;
         format!(
@@ -163,19 +162,19 @@ impl MeasureArguments {
     }
 }
 
-/// Which index, or all.
+/// Argument that names an index, or all of them.
 #[derive(Args, Clone, Debug)]
 pub struct IndexChoice {
-    /// The index. One whose name ends in -hierarchy is built in each cluster
+    /// Index through which rays are cast. An index whose name ends in -hierarchy is built in each cluster
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = index_names())]
     index: String,
 }
 
 impl IndexChoice {
-    /// The kinds named. The automatic choice prints why on stderr.
+    /// Returns the kinds that the argument names. The automatic selection logs its reasons.
     ///
     /// # Errors
-    /// If the scene cannot be indexed.
+    /// If no index of the scene can be built.
     pub fn kinds(&self, scene: &Scene<'_>, options: &Options) -> anyhow::Result<Vec<IndexKind>> {
         if self.is_all() {
             return Ok(IndexKind::ALL.to_vec());
@@ -190,14 +189,14 @@ impl IndexChoice {
         Ok(vec![kind])
     }
 
-    /// Whether what is chosen or built depends on the rays of the scene.
+    /// Tells whether the selection or the build depends on the sample of rays in the scene.
     pub fn uses_rays(&self) -> bool {
         self.is_all()
             || self.index == "auto"
             || kind_by_name(&self.index).is_some_and(IndexKind::uses_rays)
     }
 
-    /// Whether `all` was asked for.
+    /// Tells whether the argument is `all`.
     pub fn is_all(&self) -> bool {
         self.index == "all"
     }
@@ -207,52 +206,60 @@ impl IndexChoice {
 fn index_names() -> PossibleValuesParser {
     let special = [
         PossibleValue::new("auto")
-            .help("tries the usual ones and takes the cheapest by estimated cost"),
-        PossibleValue::new("all").help("each in turn"),
+            .help("the usual index with the least estimated cost on this scene"),
+        PossibleValue::new("all").help("every index, one after the other"),
     ];
     let kinds =
-        IndexKind::ALL.iter().map(|&kind| PossibleValue::new(kind.name()).help(what_it_is(kind)));
+        IndexKind::ALL.iter().map(|&kind| PossibleValue::new(kind.name()).help(description(kind)));
     PossibleValuesParser::new(special.into_iter().chain(kinds))
 }
 
-/// Says in a few words how an index divides the scene.
-fn what_it_is(kind: IndexKind) -> &'static str {
-    match kind {
-        IndexKind::Linear => {
-            "every triangle, one after the other: slow, and what the others are checked against"
+/// Describes an index in a few words, a hierarchy by the index in its clusters.
+fn description(kind: IndexKind) -> String {
+    let inside = kind.name().strip_suffix("-hierarchy");
+    match (kind, inside) {
+        (IndexKind::OctreeHierarchy | IndexKind::GridHierarchy, _) | (_, None) => {
+            division(kind).to_owned()
         }
-        IndexKind::Octree => "cubes, divided in the middle",
-        IndexKind::OctreeHierarchy => {
-            "the paper's: an octree in each cluster, joined by a binary tree"
-        }
-        IndexKind::OctreeR => "an octree whose planes lie where they cost least",
-        IndexKind::UniformGrid => "equal cells",
-        IndexKind::GridHierarchy => "equal cells in each cluster (Cazals, Drettakis, Puech)",
-        IndexKind::KdTree => "planes by surface-area cost",
-        IndexKind::BspTree => "planes in the middle, the axes in turn",
-        IndexKind::Bvh => "a bounding volume hierarchy of two children a node",
-        IndexKind::WideBvh => {
-            "boxes by surface-area cost, eight children a node: usually the fastest"
-        }
-        IndexKind::CompactBvh => "the same in half the bytes, a little slower",
-        IndexKind::LeanBvh => "the same in the fewest bytes, for a mesh that is kept anyway",
-        other if other.is_clustered() => "the same in each cluster",
-        _ => "one over everything",
+        (_, Some(inside)) => format!("{inside} in each cluster"),
     }
 }
 
-/// Words the error of a build for the command line, which has options but no arenas.
+/// Describes in a few words how an index divides the scene.
+fn division(kind: IndexKind) -> &'static str {
+    match kind {
+        IndexKind::Linear => "tests every triangle: slow, the reference for the others",
+        IndexKind::Octree => "cells divided in the middle into eight",
+        IndexKind::OctreeHierarchy => {
+            "the paper's index: an octree in each cluster, joined by a binary tree"
+        }
+        IndexKind::OctreeR => "an octree with split planes of the least estimated cost",
+        IndexKind::UniformGrid => "cells of equal size",
+        IndexKind::GridHierarchy => "a uniform grid in each cluster (Cazals, Drettakis, Puech)",
+        IndexKind::KdTree => "split planes by surface-area cost (SAH)",
+        IndexKind::BspTree => "split planes in the middle, the axes in turn",
+        IndexKind::Bvh => "a bounding volume hierarchy with two children a node",
+        IndexKind::WideBvh => {
+            "a bounding volume hierarchy with eight children a node (SAH): usually the fastest"
+        }
+        IndexKind::CompactBvh => "wide-bvh in half the bytes, a little slower",
+        IndexKind::LeanBvh => "wide-bvh in the fewest bytes, for a mesh that the caller keeps",
+        _ => "an index over all triangles",
+    }
+}
+
+/// Describes a build error to the user of the command line, who knows options but no arenas.
 pub fn unbuilt(error: &BuildError) -> anyhow::Error {
     match *error {
         BuildError::ArenaFull { needed, .. } | BuildError::ScratchFull { needed, .. } => {
             anyhow::anyhow!(
-                "the index would take {}, more than is given to this scene: lower --level, raise --leaf-capacity, \
-                 or name another with --index",
+                "the index would take {}, more than the program allots to this scene: lower --level, raise \
+                 --leaf-capacity, or name another index with --index",
                 bytes(needed)
             )
         }
         BuildError::TooLarge => anyhow::anyhow!(
-            "the index outgrows 32-bit links: lower --level, raise --leaf-capacity, or name another with --index"
+            "the index outgrows 32-bit links: lower --level, raise --leaf-capacity, or name another index with --index"
         ),
         ref other => anyhow::anyhow!("{other}"),
     }

@@ -1,4 +1,4 @@
-//! The clusters of a model as a picture.
+//! Picture of a model's clusters.
 
 use arboleda::{Block, IndexKind, Options, Scene, Vec3, clusters as cluster};
 
@@ -8,12 +8,12 @@ use crate::OwnedIndex;
 use crate::report::{Canvas, paint_clusters};
 use crate::scene::Model;
 
-/// Memory in which the clusters of a model are found.
+/// Allocates the scratch memory in which the clusters of a model are found.
 pub fn cluster_scratch(model: &Model) -> Vec<Block> {
     vec![Block::ZERO; Block::count(cluster::scratch_capacity(model.triangles.len()))]
 }
 
-/// Paints the clusters of a scene of the model, and gives the line that stands above them.
+/// Paints the clusters of a model and returns the picture's title. `scene` is the model as indices see it.
 ///
 /// # Errors
 /// If the scene cannot be indexed.

@@ -1,4 +1,4 @@
-//! `arboleda` alone: the whole of it on a built-in scene, within a minute.
+//! `arboleda` without a command: clusters, every index and photons on a built-in scene, within a minute.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use clap::Args;
 use super::arguments::BuildArguments;
 use super::cluster_picture::paint_model;
 use super::inspect::{ALWAYS, describe};
-use super::shoot::{Comparison, paint_light, print_digests, print_rows};
+use super::shoot::{ShotComparison, paint_light, print_digests, print_rows};
 use super::values::{MOST_PHOTONS, file_ending_in, whole};
 use crate::OwnedIndex;
 use crate::bench::progress::during;
@@ -23,7 +23,7 @@ const SCENE: &str = "fig4b";
 
 #[derive(Args)]
 pub struct Demo {
-    /// How many photons each index shoots
+    /// Number of photons that each index shoots
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole::<u64>(1..=MOST_PHOTONS))]
     photons: u64,
     /// Write a picture: clusters and cluster tree on the left, the light on the right
@@ -53,7 +53,7 @@ impl Demo {
         let sample = Workload::of_photons(&model, SAMPLE_PHOTONS, options.seed)?;
         let scene = self.build.scene(&model).rays(sample.sample());
         let build = self.build.options();
-        let rows = Comparison { model: &model, scene, build, options }.run(IndexKind::ALL)?;
+        let rows = ShotComparison { model: &model, scene, build, options }.run(IndexKind::ALL)?;
         print_rows(&rows);
         print_digests(&rows)?;
         match (&self.picture, rows.last()) {
@@ -61,12 +61,12 @@ impl Demo {
                 during("painting", || self.picture(&model, &last.shot)?.save(path))?;
                 log::info!("picture: {}", path.display());
             }
-            _ => log::info!("for a picture of it: --picture arboleda.png"),
+            _ => log::info!("add --picture arboleda.png for a picture"),
         }
         Ok(())
     }
 
-    /// Paints the clusters and, beside them, the light.
+    /// Paints the clusters on the left and the irradiance on the right.
     fn picture(&self, model: &Model, shot: &Shot) -> anyhow::Result<Canvas> {
         let up = UpAxis::Z.vector(model);
         let (width, height) = (820, 760);

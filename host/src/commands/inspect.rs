@@ -1,4 +1,4 @@
-//! `arboleda inspect`: what a scene consists of, and how an index sees it.
+//! `arboleda inspect`: contents of a scene, its clusters, and the sizes of indices over it.
 
 use std::path::PathBuf;
 
@@ -17,12 +17,12 @@ use crate::file_output::check_writable;
 use crate::report::Canvas;
 use crate::scene::{Census, Model};
 
-/// Clusters with a row of their own in the table.
+/// Most clusters with a row of their own in the table.
 const ROWS: usize = 12;
-/// What is shown beside the index that was chosen: the paper's, and what it is compared with.
+/// Indices shown beside the chosen one: the paper's octree hierarchy, and the octree that the paper compares it with.
 pub const ALWAYS: [IndexKind; 2] = [IndexKind::OctreeHierarchy, IndexKind::Octree];
 
-/// Show the clusters of a scene, the cluster tree, levels and memory; with a picture where one is asked for
+/// Show the clusters of a scene, the cluster tree, and levels and memory of indices; with --picture, paint the clusters
 #[derive(Args)]
 pub struct Inspect {
     #[command(flatten)]
@@ -31,10 +31,10 @@ pub struct Inspect {
     build: BuildArguments,
     #[command(flatten)]
     index: IndexChoice,
-    /// Write a picture of the clusters, their boxes and the cluster tree
+    /// Write a picture of the clusters, their bounding boxes and the cluster tree
     #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
     picture: Option<PathBuf>,
-    /// Pixels across and down of the picture, 64 to 8192
+    /// Width and height of the picture in pixels, 64 to 8192
     #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], default_values_t = [1280, 900],
         value_parser = whole::<u32>(PIXELS))]
     size: Vec<u32>,
@@ -44,7 +44,7 @@ impl Inspect {
     /// Runs the command.
     ///
     /// # Errors
-    /// If the scene cannot be loaded or the picture not be written.
+    /// If the scene cannot be loaded, an index cannot be built, or the picture cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
         if let Some(path) = &self.picture {
             check_writable(path)?;
@@ -67,13 +67,13 @@ impl Inspect {
             })?;
             log::info!("picture: {}", path.display());
         } else {
-            log::info!("for a picture of it: --picture FILE.png");
+            log::info!("add --picture FILE.png for a picture");
         }
         Ok(())
     }
 }
 
-/// Prints what a scene consists of and how large the indices are.
+/// Prints the contents of a scene, its largest clusters, and the sizes of indices.
 ///
 /// # Errors
 /// If an option is out of range.
@@ -142,7 +142,7 @@ pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> a
     Ok(())
 }
 
-/// The largest clusters, by triangles.
+/// Makes a table of the clusters with the most triangles.
 fn cluster_table(model: &Model, clusters: &Clusters<'_>) -> comfy_table::Table {
     let mut largest: Vec<(usize, &[u32])> = clusters.iter().enumerate().collect();
     largest.sort_by_key(|(number, ids)| (std::cmp::Reverse(ids.len()), *number));
@@ -169,7 +169,7 @@ fn cluster_table(model: &Model, clusters: &Clusters<'_>) -> comfy_table::Table {
     rows
 }
 
-/// The length of the longest way from the root to a leaf.
+/// Computes the depth of the cluster tree: the number of edges on the longest path from the root to a leaf.
 fn depth(sections: &Sections<'_>) -> u32 {
     let nodes = sections.nodes();
     let mut depths = vec![0_u32; nodes.len()];

@@ -1,14 +1,12 @@
-//! The commands: what a person types, and what comes back.
+//! Commands of the program: arguments, help, output.
 //!
-//! Results go to stdout; notes, warnings, progress and errors to stderr. `--quiet` leaves results and errors.
+//! Results go to stdout; notes, warnings, progress and errors go to stderr. `--quiet` leaves results and errors.
 
 mod arguments;
 mod cast;
 mod cluster_picture;
 mod compare;
 mod demo;
-mod flux_file;
-mod hit_files;
 mod inspect;
 mod output;
 mod paper;
@@ -27,7 +25,8 @@ use log::{Level, LevelFilter};
 
 /// Exact ray queries on scenes made of clusters: finds the clusters, builds an index in each, shoots photons.
 ///
-/// Without a command: does all of it on a built-in scene, with every index, and compares the answers.
+/// Without a command: finds the clusters of a built-in scene, shoots photons through every index, and compares the
+/// results.
 #[derive(Parser)]
 #[command(name = "arboleda", version)]
 struct CommandLine {
@@ -35,12 +34,12 @@ struct CommandLine {
     command: Option<Command>,
     #[command(flatten)]
     demo: demo::Demo,
-    /// Say nothing but results and errors: no notes, warnings or progress
+    /// Print only results and errors: no notes, warnings or progress
     #[arg(long, short, global = true)]
     quiet: bool,
 }
 
-// Help comes from the doc comment of each command's type: one on a variant would take its place.
+// The doc comment of each command's type is its help. A doc comment on a variant would replace it.
 #[derive(Subcommand)]
 enum Command {
     Shoot(shoot::Shoot),
@@ -65,11 +64,11 @@ impl CommandLine {
     }
 }
 
-/// Runs the command that the arguments name, and prints errors. The first argument is the program's name.
+/// Runs the command that the arguments name, and prints its error. The first argument is the program's name.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let line = match parse(arguments) {
         Ok(line) => line,
-        // Help and version come here too; printing them fails on a full device.
+        // Help and version are such answers too. Printing fails if stdout is a full device.
         Err(answer) => {
             let code = u8::try_from(answer.exit_code()).unwrap_or(1);
             return if answer.print().is_ok() { code.into() } else { ExitCode::FAILURE };
@@ -96,7 +95,7 @@ fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandLine, c
     CommandLine::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// Finds the first argument that stands before the name of a command and is not for all commands, and that name.
+/// Finds the first argument that stands before the name of a command although it is not global, and that name.
 fn misplaced_argument(command: &clap::Command, matches: &ArgMatches) -> Option<(String, String)> {
     let (name, inner) = matches.subcommand()?;
     let given = |argument: &&clap::Arg| {
@@ -113,7 +112,7 @@ fn misplaced_argument(command: &clap::Command, matches: &ArgMatches) -> Option<(
     }
 }
 
-/// Reads `-1` as the value of an option, not as an option that does not exist, so that the message names the range.
+/// Lets options take negative numbers. Otherwise `-1` would be refused as an unknown option, without the valid range.
 fn with_negative_values(command: clap::Command) -> clap::Command {
     command
         .mut_args(|argument| {
@@ -123,7 +122,7 @@ fn with_negative_values(command: clap::Command) -> clap::Command {
         .mut_subcommands(with_negative_values)
 }
 
-/// Shows notes as they are and warnings behind `warning: `, on stderr.
+/// Sets the log up: prints notes as they are and warnings after `warning: `, on stderr.
 fn speak_from(level: LevelFilter) {
     env_logger::Builder::new()
         .filter_module(env!("CARGO_CRATE_NAME"), level)
@@ -134,7 +133,7 @@ fn speak_from(level: LevelFilter) {
         .init();
 }
 
-/// Joins an error and its causes in one line; a cause that already stands in the text is left out.
+/// Joins an error and its causes in one line. A cause that the text already contains is left out.
 fn message(error: &anyhow::Error) -> String {
     let mut message = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {

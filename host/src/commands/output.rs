@@ -1,4 +1,4 @@
-//! Numbers and tables as people read them.
+//! Formatting and printing of results: numbers, tables, lines.
 
 use std::io::{ErrorKind, Write};
 
@@ -14,8 +14,8 @@ macro_rules! say {
 }
 pub(crate) use say;
 
-/// Prints for `say!`. Ends the program: without a word if the reader has gone, as in `arboleda | head`; with an error
-/// if the results cannot be written.
+/// Prints a line for `say!`. Ends the program if stdout cannot be written: silently if the reader has closed the pipe,
+/// as in `arboleda | head`, else with an error.
 pub fn print_line(line: std::fmt::Arguments<'_>) {
     match writeln!(std::io::stdout(), "{line}") {
         Ok(()) => {}
@@ -27,12 +27,12 @@ pub fn print_line(line: std::fmt::Arguments<'_>) {
     }
 }
 
-/// Makes a table whose first column is text and the others numbers.
+/// Creates a table whose first column is text and whose other columns are numbers, aligned to the right.
 pub fn table(headings: &[&str]) -> Table {
     terminal_table(headings, 1)
 }
 
-/// A count with commas: 1,234,567.
+/// Writes a count with commas: 1,234,567.
 pub fn count(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -45,7 +45,7 @@ pub fn count(number: u64) -> String {
     text
 }
 
-/// Bytes in the unit that leaves one to three digits before the point.
+/// Writes a number of bytes in B, KiB, MiB or GiB, below 1024 in each but the last.
 pub fn bytes(number: usize) -> String {
     let mut value = number as f64;
     for unit in ["B", "KiB", "MiB"] {
@@ -58,7 +58,7 @@ pub fn bytes(number: usize) -> String {
     format!("{value:.2} GiB")
 }
 
-/// Seconds in the unit that leaves one to three digits before the point.
+/// Writes seconds in us, ms or s, below 1000 in each but the last.
 pub fn duration(seconds: f64) -> String {
     if seconds < 1e-3 {
         format!("{:.0} us", seconds * 1e6)

@@ -1,6 +1,6 @@
-//! Values of options: whole numbers, numbers and file names.
+//! Parsers of option values: whole numbers, numbers and file names.
 //!
-//! A value out of range is refused while the command line is read, before a scene is loaded; the message names the
+//! A value out of range is refused while the command line is parsed, before a scene is loaded. The message names the
 //! range.
 
 use std::fmt::Display;
@@ -9,16 +9,18 @@ use std::path::PathBuf;
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 
-/// The most photons: 10^15, some weeks of the largest machines.
+/// Most photons of a shot: 10^15, weeks of work for the largest machines.
 pub const MOST_PHOTONS: u64 = 1_000_000_000_000_000;
-/// The most photons whose rays are kept to be replayed: some 150 bytes each.
+/// Most photons whose rays are kept for replaying, at about 150 bytes a photon.
 pub const MOST_REPLAYED_PHOTONS: u64 = 10_000_000;
-/// The most repetitions of a measurement.
+/// Most repetitions of a measurement.
 pub const MOST_REPETITIONS: u64 = 10_000;
-/// The most threads on machines with fewer processors. Threads beyond the processors only wait for each other: 5,000 on
-/// two processors did not end in ten minutes.
+/// Most threads on a machine with fewer processors. More threads than processors only wait for each other.
+///
+/// # Measured
+/// - 5,000 threads on two processors did not end in ten minutes.
 const THREADS: usize = 256;
-/// The smallest and largest sides of a picture. The largest takes 2 GiB while it is painted.
+/// Range of a picture's width and height. A picture of the largest size takes 2 GiB while it is painted.
 pub const PIXELS: RangeInclusive<u64> = 64..=8192;
 
 /// Parses a whole number in a range: `1000000`, `1_000_000`, `1e6` or `1M`.
@@ -36,7 +38,7 @@ where
     }
 }
 
-/// Parses a number in a range; no NaN, no infinity.
+/// Parses a number in a range; refuses NaN and infinities.
 pub fn number(range: RangeInclusive<f32>) -> impl TypedValueParser<Value = f32> {
     move |text: &str| {
         let number: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
@@ -48,13 +50,13 @@ pub fn number(range: RangeInclusive<f32>) -> impl TypedValueParser<Value = f32> 
     }
 }
 
-/// Parses a number of threads: 1 to 256, or to the number of processors where that is larger.
+/// Parses a number of threads, from 1 to 256 or to the number of processors, whichever is larger.
 pub fn threads() -> impl TypedValueParser<Value = usize> {
     let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     whole(1..=processors.max(THREADS) as u64)
 }
 
-/// Parses the name of a file whose ending names its format.
+/// Parses a file name that must have one of the given endings.
 pub fn file_ending_in(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(move |path| {
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
@@ -70,7 +72,7 @@ fn out_of_range(least: impl Display, most: impl Display) -> String {
     format!("must be {least} to {most}")
 }
 
-/// Reads a whole number written with or without `_`, an exponent or k, M, G. A number beyond `u64` becomes `u64::MAX`.
+/// Parses a whole number, optionally with `_`, an exponent, or k, M, G. A number beyond `u64` becomes `u64::MAX`.
 fn parse_whole(text: &str) -> Result<u64, String> {
     let refused = || "not a whole number; write it as 1000000, 1_000_000, 1e6 or 1M".to_owned();
     let plain = text.replace('_', "");

@@ -1,13 +1,13 @@
-//! A short proof that two shots saw the same.
+//! Digest of a shot, by which shots are compared.
 
 use std::fmt;
 
-/// A BLAKE3 hash over all events of a shot; equal for every index, thread count and machine.
+/// BLAKE3 hash of all hits of a shot. It is the same for every index, thread count and machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Digest(pub [u8; 32]);
 
 impl fmt::Display for Digest {
-    /// Shows the first 16 hexadecimal digits: enough to compare by eye.
+    /// Writes the first 16 hexadecimal digits, enough to compare by eye.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0[..8].iter().try_for_each(|byte| write!(f, "{byte:02x}"))
     }

@@ -1,65 +1,69 @@
-//! Where photons begin: on area lights, with a cosine distribution.
+//! Emission of photons from area lights, with a cosine distribution.
 //!
-//! Each photon carries the same flux, the total divided by the number of photons; so a light is
-//! chosen in proportion to its flux, then a point uniform in its parallelogram, then a direction.
+//! Each photon carries the same flux: the total flux divided by the number of photons. Three choices make a photon:
 //!
-//! The choice compares 32 random bits with integer thresholds that are computed once:
+//! 1. a light, with probability in proportion to its flux;
+//! 2. a point, uniform in the light's parallelogram;
+//! 3. a direction, with a cosine distribution.
+//!
+//! The first choice compares 32 random bits with integer thresholds that are computed once:
 //!
 //! ```text
 //! 0 ........ flux 0 ........ flux 0+1 ........ total      in watts, f64
 //! 0 ....... threshold 0 .... threshold 1 ..... 2^32       rounded down
 //! ```
 //!
-//! Only `+ - * / sqrt` on `f64`: the same bits on every target.
+//! Only `+ - * / sqrt` are used on `f64`, so the bits are the same on every target.
 
 use arboleda::Vec3;
 
 use super::hemisphere::cosine_direction;
 use super::offset::{MARGIN, height, lifted};
 use super::random::PhotonRandom;
-use super::vector::Vector64;
 use crate::scene::AreaLight;
+use crate::vector::Vector64;
 
-/// A photon as it leaves a light.
+/// Photon at its emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
-    /// Which light, an index into the model's lights.
+    /// Index of the light in the model's lights.
     pub light: u32,
-    /// A point just in front of the light.
+    /// Origin of the photon, a point just in front of the light.
     pub origin: Vec3,
-    /// Into the half-space in front of the light; of unit length up to rounding.
+    /// Direction into the half-space in front of the light, of unit length up to rounding.
     pub direction: Vec3,
 }
 
-/// The lights of a model that can emit, ready to be drawn from.
+/// Emitter of photons: the lights of a model that can emit.
 ///
-/// Left out are lights whose flux is not finite or not above 0 and lights without area: they emit
-/// nothing, and `total_flux` does not contain them.
+/// Lights whose flux is not finite or not above 0, and lights without area, are omitted. They emit nothing, and
+/// `total_flux` does not include them.
 #[derive(Clone, Debug)]
 pub struct Emitter {
     sources: Vec<Source>,
     total_flux: f64,
 }
 
-/// One light that can emit.
+/// Light that can emit.
 #[derive(Clone, Debug)]
 struct Source {
     light: u32,
-    /// The light is chosen by 32 bits below this one and not below the one before. The last is 2^32.
+    /// Threshold of the choice: the light is chosen by 32 random bits below its threshold that are not below the
+    /// previous light's threshold. The last threshold is 2^32.
     threshold: u64,
     corner: Vector64,
     edge_u: Vector64,
     edge_v: Vector64,
     normal: Vector64,
-    /// How far in front of the plane the photons begin.
+    /// Distance of the photons' origins from the plane of the light.
     height: f64,
-    /// How far from the border, in parts of the edges; at most 0.5.
+    /// Distance of the photons' origins from the border, as a share of each edge; at most 0.5.
     border_u: f64,
     border_v: f64,
 }
 
 impl Emitter {
-    /// Prepares lights. Cost: linear.
+    /// Creates an emitter. Cost: linear in the lights.
     pub fn new(lights: &[AreaLight]) -> Self {
         let usable = || {
             (0_u32..).zip(lights).filter_map(|(light, area_light)| Source::new(light, area_light))
@@ -72,30 +76,30 @@ impl Emitter {
             reached += flux_of(source);
             source.threshold = (reached / total_flux * TWO_TO_32) as u64;
         }
-        // The sums are formed in the same order, so the last quotient is 1; but say so.
+        // Both sums are formed in the same order, so the last quotient is 1 already. This line makes it certain.
         if let Some(last) = sources.last_mut() {
             last.threshold = 1 << 32;
         }
         Self { sources, total_flux }
     }
 
-    /// Whether there is no light to draw from.
+    /// Tells whether no light can emit.
     pub fn is_dark(&self) -> bool {
         self.sources.is_empty()
     }
 
-    /// The power of all lights that can emit, in watts.
+    /// Returns the power of all lights that can emit, in watts.
     pub fn total_flux(&self) -> f64 {
         self.total_flux
     }
 
-    /// Draws a photon; `None` if the emitter is dark.
+    /// Emits a photon; `None` if the emitter is dark.
     pub fn emit(&self, random: &mut PhotonRandom) -> Option<Emission> {
         let choice = u64::from(random.bits());
         let at = self.sources.partition_point(|source| source.threshold <= choice);
         let source = self.sources.get(at)?;
 
-        // The middles of 2^24 equal parts of an edge, kept off the border.
+        // A coordinate along an edge is the middle of one of 2^24 equal parts, clamped away from the border.
         let mut part = |border: f64| {
             let part = f64::from(random.uniform()) + HALF_A_STEP;
             part.clamp(border, 1.0 - border)
@@ -111,25 +115,26 @@ impl Emitter {
 }
 
 const TWO_TO_32: f64 = 4_294_967_296.0;
-/// Half of the distance between two uniform draws: 2^-25.
+/// Half of the step between two uniform draws: 2^-25.
 const HALF_A_STEP: f64 = 0.5 / (1 << 24) as f64;
 
 impl Source {
-    /// `None` if the light cannot emit. The threshold is still to be set.
+    /// Creates a source; `None` if the light cannot emit. The caller sets the threshold.
     fn new(light: u32, area_light: &AreaLight) -> Option<Self> {
         let AreaLight { corner, edge_u, edge_v, flux } = *area_light;
         let emits = flux.is_finite() && flux > 0.0 && corner.is_finite();
         let [corner, edge_u, edge_v] = [corner, edge_u, edge_v].map(Vector64::from);
         let normal = edge_u.cross(edge_v);
         let length = normal.length();
-        // Also false for a NaN.
+        // The comparison is false for NaN too.
         if !(emits && length > 0.0 && length.is_finite()) {
             return None;
         }
         let corners = [corner, corner + edge_u, corner + edge_v, corner + edge_u + edge_v];
         let scale = corners.into_iter().map(Vector64::largest).fold(0.0, f64::max);
         let height = height(scale, scale);
-        // A step of 1 along u leads away from the opposite edge by length / |edge_v|.
+        // The parallelogram is length / |edge_v| wide along u, so this share of edge_u is MARGIN heights from the
+        // border.
         let border = |other: Vector64| (MARGIN * height * other.length() / length).min(0.5);
         let (border_u, border_v) = (border(edge_v), border(edge_u));
         let normal = normal / length;

@@ -1,17 +1,17 @@
-//! Small models with known answers, and indices over them, for the tests of this folder.
+//! Fixtures of this folder's tests: small models with known answers, and indices over them.
 
 use arboleda::{AnyIndex, Block, IndexKind, Options, Triangle, Vec3};
 
 use crate::scene::{AreaLight, Model};
 
-/// An index and the memory it is in.
-pub struct Built {
+/// Index with its memory.
+pub struct BuiltIndex {
     kind: IndexKind,
     arena: Vec<Block>,
     size: usize,
 }
 
-impl Built {
+impl BuiltIndex {
     pub fn new(model: &Model, kind: IndexKind) -> Self {
         let (scene, options) = (model.scene(), Options::default());
         let scratch_size = kind.scratch_capacity(model.triangles.len(), &options);
@@ -28,7 +28,7 @@ impl Built {
     }
 }
 
-/// A model of triangles that all reflect alike.
+/// Makes a model whose triangles have the same reflectance.
 pub fn model(triangles: Vec<Triangle>, reflectance: f32, light: AreaLight) -> Model {
     Model {
         name: "fixture".into(),
@@ -41,13 +41,13 @@ pub fn model(triangles: Vec<Triangle>, reflectance: f32, light: AreaLight) -> Mo
     }
 }
 
-/// A square light that shines downwards, its middle at `centre`.
+/// Makes a square light around `centre` that shines down.
 pub fn lamp(centre: Vec3, size: f32, flux: f32) -> AreaLight {
     let corner = centre - Vec3::new(0.5, 0.5, 0.0) * size;
     AreaLight { corner, edge_u: Vec3::Y * size, edge_v: Vec3::X * size, flux }
 }
 
-/// The parallelogram `corner + edge_u + edge_v` in two triangles.
+/// Makes the parallelogram of `corner`, `edge_u` and `edge_v` in two triangles.
 pub fn quad(corner: Vec3, edge_u: Vec3, edge_v: Vec3) -> [Triangle; 2] {
     let opposite = corner + edge_u + edge_v;
     [
@@ -56,7 +56,7 @@ pub fn quad(corner: Vec3, edge_u: Vec3, edge_v: Vec3) -> [Triangle; 2] {
     ]
 }
 
-/// The closed box between two corners: 12 triangles.
+/// Makes the closed box between two corners: 12 triangles.
 pub fn closed_box(lo: Vec3, hi: Vec3) -> Vec<Triangle> {
     let size = hi - lo;
     let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * size);
@@ -69,7 +69,7 @@ pub fn closed_box(lo: Vec3, hi: Vec3) -> Vec<Triangle> {
         .collect()
 }
 
-/// An octahedron with each face divided into four `level` times, its corners on a sphere: closed.
+/// Makes a closed sphere: an octahedron whose faces are divided into four `level` times.
 pub fn sphere(centre: Vec3, radius: f32, level: u32) -> Vec<Triangle> {
     let axes = [Vec3::X, Vec3::Y, Vec3::Z];
     let mut faces: Vec<[Vec3; 3]> = (0..8)
@@ -81,7 +81,7 @@ pub fn sphere(centre: Vec3, radius: f32, level: u32) -> Vec<Triangle> {
         faces = faces
             .into_iter()
             .flat_map(|[a, b, c]| {
-                // Addition commutes exactly, so neighbours get the same middle.
+                // Addition is commutative in floats, so neighbours get the same midpoint.
                 let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| (p + q).normalize());
                 [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
             })

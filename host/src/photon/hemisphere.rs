@@ -1,36 +1,36 @@
 //! Directions with a cosine distribution around a normal.
 //!
-//! The idea (Malley): a point uniform in the unit disc, lifted to the hemisphere above it, is
-//! distributed in proportion to the cosine. The point is found by rejection from the square, so that
-//! nothing transcendental is needed, and in `f64`, where every step but the root is exact:
+//! The idea (Malley): a point uniform in the unit disc, lifted to the hemisphere above the disc, has a density in
+//! proportion to the cosine. The point is drawn by rejection from the square, which needs no transcendental function.
+//! In `f64` every step but the square root is exact:
 //!
 //! ```text
 //! x, y = multiples of 2^-23 in -1..1;   s = x^2 + y^2 = multiple of 2^-46;   z = sqrt(1 - s)
 //! ```
 //!
-//! Only `+ - * / sqrt`: the same bits on every target.
+//! Only `+ - * / sqrt` are used, so the bits are the same on every target.
 //!
 //! # Source
 //! T. Duff, J. Burgess, P. Christensen, C. Hery, A. Kensler, M. Liani, R. Villemin, *Building an
 //! Orthonormal Basis, Revisited*, 2017, for the frame.
 
 use super::random::PhotonRandom;
-use super::vector::Vector64;
+use crate::vector::Vector64;
 
-/// The smallest cosine that is given out: 2^-20.
+/// Smallest cosine of a returned direction: 2^-20.
 ///
-/// In the end a direction is rounded to `f32`, which moves each coordinate by at most half an ulp
-/// below 1, 2^-25, and so the direction by less than 2^-24: 2^-20 is still above the plane then.
-/// Smaller cosines have probability 2^-40.
+/// The caller rounds the direction to `f32`. That moves each coordinate by at most 2^-25, half an ulp below 1, and so
+/// the direction by less than 2^-24. A direction with a cosine of 2^-20 therefore stays above the plane. Smaller
+/// cosines have probability 2^-40.
 const LEAST_COSINE: f64 = 1.0 / (1 << 20) as f64;
 
-/// How many points are tried. All fail with probability (1 - pi/4)^64 < 2^-141: the bound only says
-/// that the loop ends.
+/// Most points tried by rejection, a bound for the loop. All fail with probability (1 - pi/4)^64 < 2^-141.
 const MOST_ATTEMPTS: u32 = 64;
 
 /// Draws a unit vector (up to rounding) with density cosine / pi around the unit vector `normal`.
 ///
-/// Takes two draws for each point tried, 2.5 on average. If none of 64 lies in the disc, the normal.
+/// Takes two draws for each point tried, 2.5 draws on average. Returns the normal if none of 64 points lies in the
+/// disc.
 #[inline]
 pub(super) fn cosine_direction(normal: Vector64, random: &mut PhotonRandom) -> Vector64 {
     for _ in 0..MOST_ATTEMPTS {
@@ -47,10 +47,10 @@ pub(super) fn cosine_direction(normal: Vector64, random: &mut PhotonRandom) -> V
     normal
 }
 
-/// Two unit vectors at right angles to a unit vector and to each other (Duff et al., listing 3).
+/// Computes two unit vectors orthogonal to a unit vector and to each other (Duff et al., listing 3).
 ///
-/// The divisor is at least 1 in size, so nothing small is ever divided by, and nothing is compared
-/// but a sign: -0.0 and 0.0 give different frames, both good.
+/// The divisor's absolute value is at least 1. The only branch is on the sign of z; -0.0 and 0.0 give different frames,
+/// and both are orthonormal.
 #[inline]
 pub(super) fn tangents(normal: Vector64) -> (Vector64, Vector64) {
     let sign = 1.0_f64.copysign(normal.z);

@@ -1,12 +1,12 @@
-//! Photons: from the lights, through an index, to counts per triangle.
+//! Photons: emission from the lights, tracing through an index, counts for each triangle.
 //!
 //! ```text
-//! random (seed, photon) -+-> emission -> trace <-> an index          (one photon)
+//! random (seed, photon) -+-> emission -> trace <-> index             one photon
 //! hemisphere, offset ----+                 |
-//!                                        shoot -> Shot, Digest       (many, on all processors)
+//!                                        shoot -> Shot, Digest       many photons, on all processors
 //! ```
 //!
-//! Every number is a function of the model and the options: not of the index, the threads or the
+//! Every result is a function of the model and the options. It does not depend on the index, the threads or the
 //! machine. Only `+ - * / sqrt` are used on floats.
 
 mod digest;
@@ -22,7 +22,6 @@ mod side;
 #[cfg(test)]
 mod tests;
 mod trace;
-mod vector;
 
 pub use digest::Digest;
 pub use emission::{Emission, Emitter};
@@ -31,4 +30,3 @@ pub use shoot::{CHUNK, Counting, ShootOptions, shoot};
 pub use shot::Shot;
 pub use side::Side;
 pub use trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};
-pub(crate) use vector::Vector64;

@@ -1,7 +1,7 @@
-//! Where a photon goes on from after it hit a triangle.
+//! Origin of a photon's next ray after it hit a triangle.
 //!
-//! The problem: the hit point is no `f32` point. Rounded, it may lie behind the triangle, and the
-//! photon leaves a closed room; or before it, and the photon hits the same triangle again.
+//! The problem: the hit point is not representable in `f32`. If the rounded point lies behind the triangle, the photon
+//! leaves a closed room. If it lies in front but too near, the photon may hit the same triangle again.
 //!
 //! ```text
 //!          o  origin: lifted, then rounded          margin = 16 heights
@@ -10,81 +10,85 @@
 //!          hit point from u, v                     points nearer to an edge are moved in
 //! ```
 //!
-//! # What is proven
+//! # Proof: the photon never hits the triangle it left
 //! Let `m` be the largest coordinate of the point and `s` that of the corners.
 //!
-//! *It never hits the triangle it left.* The point is `A + u (B - A) + v (C - A)`: whatever was
-//! rounded in `u` and `v` moves it inside the triangle, not off it. In `f64` it is off the plane by less
-//! than `2^-49 s`. Rounding to `f32` moves each coordinate by at most `2^-24` of itself, so
-//! the point by at most `sqrt(3) 2^-24 m`, or `0.44 * 2^-22 m`. The normal is that of the triangle up to
-//! 30 degrees in the worst case that is accepted (errors of `14 r E^2` where the kernel's bound asks for a
-//! length of `27 r E^2`, with `r = 2^-53` and `E` the largest edge). With
-//! `height = 2^-22 m + 2^-45 s + 2^-140`, the rounded point stays in front of the plane by more than
-//! `0.86 - 0.44 - 0.02 = 0.4` heights. A direction is accepted only if it leads away from the plane for
-//! certain (the kernel's bound on the error of `d . (e1 x e2)`), and so is the side from which the photon
-//! came. From a point strictly in front, in a direction strictly away, the exact parameter on
-//! the plane is negative: at most `-2^-142`, which is no zero in `f32` either. What is in doubt is
-//! refused, not guessed; that takes a ray within about 10^-14 of the plane, or a triangle whose
-//! corners are on a line as far as `f64` can tell.
+//! - The point is `A + u (B - A) + v (C - A)`. Rounding of `u` and `v` moves the point inside the triangle's plane.
+//! - Computed in `f64`, the point is off the plane by less than `2^-49 s`.
+//! - Rounding to `f32` moves each coordinate by at most `2^-24` of itself, so the point by at most `sqrt(3) 2^-24 m`,
+//!   or `0.44 * 2^-22 m`.
+//! - The computed normal deviates from the exact one by at most 30 degrees in the worst case that is accepted: its
+//!   error is `14 r E^2` where the kernel's bound requires a length of `27 r E^2`, with `r = 2^-53` and `E` the largest
+//!   edge.
+//! - With `height = 2^-22 m + 2^-45 s + 2^-140`, the rounded point therefore stays in front of the plane by more than
+//!   `0.86 - 0.44 - 0.02 = 0.4` heights.
+//! - A direction is accepted only if it certainly leads away from the plane, by the kernel's bound on the error of
+//!   `d . (e1 x e2)`. The same bound decides from which side the photon came.
+//! - For a point strictly in front and a direction strictly away, the exact parameter on the plane is negative: at most
+//!   `-2^-142`, which is not rounded to zero in `f32`.
+//! - Cases in doubt are refused. In doubt are rays within about 10^-14 of the plane, and triangles whose corners are
+//!   collinear to the precision of `f64`.
 //!
-//! *It does not slip through a neighbour.* The origin is above the triangle by at most 1.5 heights and
-//! at least 15 heights inside each edge, so it is on the right side of every triangle that joins this
-//! one in an edge or corner at an angle (measured where the photon is) of more than atan(1.5 / 15), or 5.8
-//! degrees. The points of a triangle too small for such a margin begin at the incentre, which is as
-//! far inside as can be.
+//! # Proof: the photon does not slip through a neighbour
+//! - The origin is at most 1.5 heights above the triangle and at least 15 heights inside each edge.
+//! - So it is on the right side of every triangle that joins this one in an edge or corner at an angle, measured on the
+//!   photon's side, of more than atan(1.5 / 15), or 5.8 degrees.
+//! - In a triangle too small for the margin, the origin is the incentre, the point farthest from the edges.
 //!
-//! # What remains possible
-//! Passing through a surface that comes within a few ulps of the hit point although it does not end
-//! there: the inside of a crease below 6 degrees, within 16 heights of its bottom; a triangle a few
-//! ulps wide; two surfaces that cross or lie on one another. And a ray that meets the silhouette edge
-//! of a body *exactly*, which is a hit of both triangles there: if the one with the lowest id is
-//! the one turned away, the photon goes on inside the body. Generic rays do neither.
+//! # Limits
+//! A photon may still pass through a surface in these cases, which generic rays do not meet:
+//!
+//! - A surface comes within a few ulps of the hit point without ending there: the inside of a crease below 6 degrees,
+//!   within 16 heights of its bottom; a triangle a few ulps wide; two surfaces that cross or coincide.
+//! - A ray meets the silhouette edge of a body *exactly*, which hits both triangles of the edge. If the triangle with
+//!   the lower id faces away from the ray, the photon continues inside the body.
 //!
 //! # Source
-//! C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, 2019, for the
-//! point from barycentric coordinates and an offset in ulps; theirs is tuned, this one is derived.
-//! The margin is ours.
+//! C. Waechter, N. Binder, *A Fast and Robust Method for Avoiding Self-Intersection*, 2019, for the point from
+//! barycentric coordinates and the offset in ulps. Their offset is tuned; this one is derived. The margin is ours.
 
 use arboleda::{Hit, Ray, Triangle, Vec3};
 
-use super::vector::Vector64;
+use crate::vector::Vector64;
 
-/// See [`height`]: 2^-22, 2.3 times what rounding a point to `f32` can move it.
+/// Term of [`height`] for rounding a point to `f32`: 2^-22, 2.3 times the largest displacement.
 const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
-/// See [`height`]: 2^-45, 16 times what the point's computation in `f64` can be off.
+/// Term of [`height`] for computing a point in `f64`: 2^-45, 16 times the largest error.
 const COMPUTING: f64 = 1.0 / (1_u64 << 45) as f64;
-/// See [`height`]: 2^-140, far above the half sub-normal step of 2^-150.
+/// Term of [`height`] for sub-normal numbers: 2^-140, far above half of their step, 2^-150.
 const SUBNORMAL: f64 = 1.0 / (1_u128 << 70) as f64 / (1_u128 << 70) as f64;
-/// Distance from the edges, in heights. 64 would allow creases of 1.5 degrees, but on coordinates
-/// of 1000 it would move photons by 15 mm; 16 moves them by 4 mm, and only those near an edge.
+/// Least distance of an origin from the edges, in heights.
+///
+/// - 16 moves photons near an edge by 4 mm on coordinates of 1000, and handles creases from 5.8 degrees.
+/// - 64 would handle creases from 1.5 degrees, but would move photons by 15 mm.
 pub(super) const MARGIN: f64 = 16.0;
 
-/// How far above its plane a point is put whose coordinates are at most `largest`, on a triangle
-/// whose corners' coordinates are at most `scale`.
+/// Computes the height of an origin above the triangle's plane. The point's coordinates are at most `largest`, those of
+/// the corners at most `scale`.
 pub(super) fn height(largest: f64, scale: f64) -> f64 {
     ROUNDING * largest + COMPUTING * scale + SUBNORMAL
 }
 
-/// The `f32` point nearest to `height` above `point`.
+/// Returns the `f32` point nearest to the point `height` above `point`.
 pub(super) fn lifted(point: Vector64, normal: Vector64, height: f64) -> Vec3 {
     (point + normal * height).rounded()
 }
 
-/// A place on a triangle from which a photon can leave, on the side from which it came.
+/// Point of departure of a photon from a triangle, on the side from which it came.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Departure {
     origin: Vec3,
-    /// `e1 x e2`, or its opposite: towards the side from which the photon came.
+    /// Normal towards the side from which the photon came: `e1 x e2` or its opposite.
     normal: Vector64,
     unit_normal: Vector64,
-    /// `48 r E^2`, to be multiplied by the direction's largest component; see the kernel.
+    /// Error bound `48 r E^2`, to be multiplied by the direction's largest component, as in the core's kernel.
     error: f64,
 }
 
 impl Departure {
-    /// Finds the place for a hit of a ray with direction `incoming`; `None` if the side is in doubt.
+    /// Computes the departure after a hit of a ray with direction `incoming`; `None` if the side is in doubt.
     pub fn new(triangle: &Triangle, hit: &Hit, incoming: Vec3) -> Option<Self> {
-        // 1. The side.
+        // 1. The side from which the photon came.
         let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
         let (e1, e2) = (b - a, c - a);
         let normal = e1.cross(e2);
@@ -93,7 +97,7 @@ impl Departure {
         let incoming = Vector64::from(incoming);
         let along = incoming.dot(normal);
         let doubt = error * incoming.largest();
-        // Written so that a NaN is refused.
+        // Both comparisons are false for NaN, which is refused.
         let normal = if along < -doubt {
             normal
         } else if along > doubt {
@@ -101,22 +105,22 @@ impl Departure {
         } else {
             return None;
         };
-        // The square of the length cannot underflow: edges are multiples of 2^-149, and not 0 here.
+        // Edges are multiples of 2^-149 and the normal is not 0, so the square of its length cannot underflow.
         let length = normal.length();
         let unit_normal = normal / length;
 
-        // 2. The point, and the smallest weights that keep it off the edges: where a weight is 1, the
-        //    opposite edge is length / edge away.
+        // 2. The point, and the least weights that keep it off the edges. At weight 1 the distance from the opposite
+        //    edge is length / edge.
         let scale = a.largest().max(b.largest()).max(c.largest());
         let edges = [(c - b).length(), e2.length(), e1.length()];
         let least = |lift: f64| edges.map(|edge| edge * (MARGIN * lift / length));
-        let place = |u: f64, v: f64| a + e1 * u + e2 * v;
+        let point_at = |u: f64, v: f64| a + e1 * u + e2 * v;
         let (mut u, mut v) = (f64::from(hit.u), f64::from(hit.v));
-        let mut point = place(u, v);
+        let mut point = point_at(u, v);
         let mut lift = height(point.largest(), scale);
 
-        // 3. Near an edge, shrink the triangle about its incentre, and the point with it. That may
-        //    move it to larger coordinates, so the margin is for the largest there can be.
+        // 3. Near an edge, the point moves as if the triangle shrank about its incentre. It may move to larger
+        //    coordinates, so the margin is that of the largest possible coordinates.
         let near =
             [1.0 - u - v, u, v].iter().zip(least(lift)).any(|(&weight, least)| weight < least);
         if near {
@@ -125,19 +129,20 @@ impl Departure {
             let (kept, share) = if sum < 1.0 { (1.0 - sum, 1.0) } else { (0.0, 1.0 / sum) };
             u = u * kept + least[1] * share;
             v = v * kept + least[2] * share;
-            point = place(u, v);
+            point = point_at(u, v);
             lift = height(point.largest(), scale);
         }
         let origin = lifted(point, unit_normal, lift);
         Some(Self { origin, normal, unit_normal, error })
     }
 
-    /// The unit normal on the side from which the photon came.
+    /// Returns the unit normal on the side from which the photon came.
     pub fn unit_normal(&self) -> Vector64 {
         self.unit_normal
     }
 
-    /// The ray from here; `None` if it does not surely leave the plane, or if it is no valid ray.
+    /// Makes the ray from the point of departure; `None` if it does not certainly leave the plane, or is not a valid
+    /// ray.
     pub fn ray(&self, direction: Vec3) -> Option<Ray> {
         let along = Vector64::from(direction);
         if along.dot(self.normal) > self.error * along.largest() {
@@ -160,15 +165,15 @@ mod tests {
         Hit { triangle: TriangleId(0), t: 1.0, u, v }
     }
 
-    /// Weights in the middle, close to an edge, on an edge, at a corner.
-    fn place(random: &mut PhotonRandom) -> (f32, f32) {
+    /// Draws weights inside the triangle, close to an edge, on an edge, or at a corner.
+    fn weights(random: &mut PhotonRandom) -> (f32, f32) {
         let near_zero = |random: &mut PhotonRandom| match random.bits() % 4 {
             0 => 0.0,
             1 => random.uniform() * 1e-7,
             _ => random.uniform(),
         };
         let (u, v) = (near_zero(random), near_zero(random));
-        // On the third edge, or inside.
+        // Weights outside the triangle are moved to the third edge.
         if u + v > 1.0 { (u, 1.0 - u) } else { (u, v) }
     }
 
@@ -186,7 +191,7 @@ mod tests {
                     let corners = [(); 3].map(|()| centre + vector() * size);
                     let triangle = Triangle::new(corners[0], corners[1], corners[2]);
                     let incoming = vector();
-                    let (u, v) = place(&mut random);
+                    let (u, v) = weights(&mut random);
                     count += 1;
                     let departure = Departure::new(&triangle, &hit_at(u, v), incoming);
                     let ray = departure.and_then(|departure| {
@@ -202,7 +207,7 @@ mod tests {
                 }
             }
         }
-        // At a distance of 1e6 sizes all corners are a few ulps apart, often on a line.
+        // At a distance of 1e6 sizes, corners are a few ulps apart and often collinear, which is refused.
         assert!(refused * 10 < count, "{refused} of {count}");
     }
 
@@ -225,7 +230,7 @@ mod tests {
                     let normal = normal / normal.length();
                     if normal.dot(middle - wide[a]) > 0.0 { normal } else { -normal }
                 });
-                // Large enough for the margin, and no crease below 8 degrees.
+                // Tetrahedra are skipped if they are too small for the margin, or have a crease below 8 degrees.
                 let fits = faces.iter().all(|face| {
                     let [a, b, c] = face.map(|corner| wide[corner]);
                     let double_area = (b - a).cross(c - a).length();
@@ -239,7 +244,7 @@ mod tests {
                 }
                 for (face, inward) in faces.iter().zip(inwards) {
                     let [a, b, c] = face.map(|corner| corners[corner]);
-                    let (u, v) = place(&mut random);
+                    let (u, v) = weights(&mut random);
                     let incoming = (-inward).rounded();
                     let departure =
                         Departure::new(&Triangle::new(a, b, c), &hit_at(u, v), incoming).unwrap();

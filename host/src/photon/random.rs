@@ -1,8 +1,8 @@
-//! Random numbers that depend on where they are used, not on when.
+//! Counter-based random numbers, which do not depend on the order of computation.
 //!
-//! The problem: photons are shot by several threads, in any order, and the picture must not depend
-//! on it. The idea: there is no state to pass on. A number is a function of a seed, of the photon's
-//! number and of how many numbers the photon has drawn before:
+//! The problem: several threads shoot photons in any order, and the result must not depend on the order. The idea:
+//! there is no shared state. A random number is a function of the seed, the photon's number, and the count of the
+//! photon's earlier draws:
 //!
 //! ```text
 //! counter = (draw / 4: 64 bits, photon: 64 bits)   key = seed: 64 bits
@@ -10,14 +10,14 @@
 //! ```
 //!
 //! # Source
-//! J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, *Parallel Random Numbers: As Easy as 1, 2, 3*,
-//! 2011, section 3.3; the vectors in the tests are published with it (Random123, `kat_vectors`).
+//! J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, *Parallel Random Numbers: As Easy as 1, 2, 3*, 2011, section
+//! 3.3. The test vectors are those published with it (Random123, `kat_vectors`).
 
-/// The multipliers of the two halves (section 3.3, table 2).
+/// Multipliers of the two halves (section 3.3, table 2).
 const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
-/// What is added to the key after each round: the golden ratio and the square root of 3 less 1.
+/// Increments of the key after each round: the fractions of the golden ratio and of the square root of 3.
 const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
-/// The paper's recommendation; 7 pass all tests too, 10 leave room.
+/// Number of rounds: the paper's recommendation. 7 rounds pass all tests; 10 leave a margin.
 const ROUND_COUNT: u32 = 10;
 
 /// Computes the bijection Philox4x32-10 of a 128-bit counter under a 64-bit key.
@@ -35,7 +35,7 @@ pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     [c0, c1, c2, c3]
 }
 
-/// The numbers of one photon, one after the other.
+/// Sequence of one photon's random numbers.
 ///
 /// # Examples
 /// ```
@@ -50,12 +50,12 @@ pub struct PhotonRandom {
     key: [u32; 2],
     photon: [u32; 2],
     block: [u32; 4],
-    /// How many numbers have been drawn; the block is the one of the last of them.
+    /// Number of draws so far. `block` contains the last of them.
     draw_count: u64,
 }
 
 impl PhotonRandom {
-    /// Begins the sequence of a photon. Cost: nothing until the first draw.
+    /// Begins the sequence of a photon. Computes nothing before the first draw.
     pub fn new(seed: u64, photon: u64) -> Self {
         Self { key: halves(seed), photon: halves(photon), block: [0; 4], draw_count: 0 }
     }
@@ -63,17 +63,17 @@ impl PhotonRandom {
     /// Draws 32 random bits.
     #[inline]
     pub fn bits(&mut self) -> u32 {
-        let place = self.draw_count % 4;
-        if place == 0 {
+        let offset = self.draw_count % 4;
+        if offset == 0 {
             let [low, high] = halves(self.draw_count / 4);
             let counter = [low, high, self.photon[0], self.photon[1]];
             self.block = philox4x32(counter, self.key);
         }
         self.draw_count += 1;
-        self.block[place as usize]
+        self.block[offset as usize]
     }
 
-    /// Draws one of the 2^24 multiples of 2^-24 in `0 <= x < 1`, all alike; each is an `f32`.
+    /// Draws one of the 2^24 multiples of 2^-24 in `0 <= x < 1`, with equal probability. Each is an `f32`.
     #[inline]
     pub fn uniform(&mut self) -> f32 {
         const STEP: f32 = 1.0 / (1 << 24) as f32;

@@ -1,4 +1,4 @@
-//! Shoots many photons on all processors.
+//! Shooting of many photons on all processors.
 //!
 //! ```text
 //! photons 0 .. 1023 | 1024 .. 2047 | ...      chunks, of a size that does not depend on threads
@@ -7,9 +7,11 @@
 //!                  Shot                       sums, and a hash of the hashes
 //! ```
 //!
-//! The photons of a chunk go in waves: first all from the light, then all that are left from where they
-//! bounced, so that the index is asked about many rays at once. All sums are of integers; hits are hashed in
-//! the order of waves, and in a wave of photons, so the result is the same for any number of threads.
+//! The photons of a chunk are traced in waves: first the rays of all photons from the lights, then the rays of all
+//! surviving photons after one bounce, and so on. The index thus answers many rays at once.
+//!
+//! The result does not depend on the number of threads: sums are of integers, and hits are hashed in the order of waves
+//! and, in a wave, of photons.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -24,45 +26,45 @@ use super::side::Side;
 use super::trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};
 use crate::scene::Model;
 
-/// Photons to a chunk. It is part of the digest's definition: long enough that handing chunks out costs
-/// nothing, short enough that a wave stays in the cache.
+/// Number of photons in a chunk. The digest depends on it. A chunk is large enough that its scheduling costs nothing,
+/// and small enough that a wave stays in the cache.
 pub const CHUNK: u64 = 1024;
 
-/// Bytes of an event in a hash: photon, bounce, triangle, `t`, `u`, `v`, little-endian.
+/// Bytes of a hashed hit: photon, bounce, triangle, `t`, `u`, `v`, little-endian.
 const EVENT_BYTES: usize = 8 + 5 * 4;
-/// Events that are hashed at once: 28 KiB, above the 8 KiB from which BLAKE3 uses whole vectors.
+/// Hits that are hashed at once: 28 KiB. From 8 KiB, BLAKE3 uses whole vectors.
 const EVENTS_AT_ONCE: usize = 1024;
 
-/// Chunks whose tallies are kept until they are summed: 2 MB, 16 million photons.
+/// Chunks whose tallies are kept before they are summed: 2 MB for 16 million photons.
 const CHUNKS_AT_ONCE: u64 = 1 << 14;
 
-/// Whether the index counts what it does; counting costs a little time.
+/// Choice whether the index counts nodes and tests, which costs a little time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Counting {
     /// Do not count.
     #[default]
     Off,
-    /// Sum up the [`Counters`] of all rays.
+    /// Sum the [`Counters`] of all rays.
     On,
 }
 
-/// What is to be shot.
+/// Options of shooting photons.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShootOptions {
-    /// How many photons.
+    /// Number of photons.
     pub photons: u64,
-    /// Another seed gives other photons.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// How many threads; `None` for one on each processor, or the pool of the caller.
+    /// Number of threads. `None` uses the caller's pool, by default one thread on each processor.
     pub threads: Option<usize>,
-    /// A photon that would bounce more often is cut off.
+    /// Most bounces of a photon. The photon is cut off where it would bounce once more.
     pub max_bounces: u32,
-    /// Whether the index counts.
+    /// Choice whether the index counts.
     pub counting: Counting,
 }
 
 impl Default for ShootOptions {
-    /// A million photons on all processors.
+    /// Returns options for a million photons on all processors.
     fn default() -> Self {
         Self {
             photons: 1_000_000,
@@ -76,12 +78,11 @@ impl Default for ShootOptions {
 
 /// Shoots photons through an index over the model's triangles.
 ///
-/// `progress` is called from any thread after each chunk, with the number of photons in it; the sum
-/// of all calls is the number of photons. Where the kind of index is known, pass the index itself and
-/// not a `dyn RayIndex`, so that the query is compiled into the loop.
+/// `progress` is called from any thread after each chunk, with the chunk's number of photons. The sum of all calls is
+/// the number of photons. If the kind of index is known, pass the index itself and not a `dyn RayIndex`, so that the
+/// query is inlined into the loop.
 ///
-/// If the system refuses the threads asked for, the caller's pool does the work: the result is the
-/// same.
+/// If the system refuses the requested threads, the caller's pool is used, with the same result.
 ///
 /// # Examples
 /// ```
@@ -118,7 +119,7 @@ pub fn shoot<I: RayIndex + Sync + ?Sized>(
     }
 }
 
-/// Shoots on the threads of the pool that it is called from.
+/// Shoots photons on the threads of the caller's pool.
 fn shoot_here<I: RayIndex + Sync + ?Sized>(
     model: &Model,
     index: &I,
@@ -128,12 +129,13 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     let start = Instant::now();
     let tracer = Tracer::new(model, options.seed, options.max_bounces);
     let photons = if tracer.emitter().is_dark() { 0 } else { options.photons };
-    // One table for all threads: a table for each would take more memory than the scene. Sums of
-    // integers do not depend on the order, so the weakest ordering is enough.
+    // One table for all threads, because a table for each thread would take more memory than the scene. Sums of
+    // integers do not depend on the order, so relaxed ordering suffices.
     let hit_counts: Vec<[AtomicU64; 2]> =
         model.triangles.iter().map(|_| [const { AtomicU64::new(0) }; 2]).collect();
 
-    // 1. Chunks, in parallel; summed in their order, 2^14 at a time, so that memory does not grow with the photons.
+    // 1. Chunks are shot in parallel and summed in their order, 2^14 at a time, so memory does not grow with the
+    //    photons.
     let mut all = Tally::default();
     let mut digests = blake3::Hasher::new();
     let shoot_chunk = |chunk: u64| {
@@ -163,7 +165,7 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
         }
     }
 
-    // 2. The two sides of each triangle.
+    // 2. The counts of both sides of each triangle are summed.
     let sides = |side: Side| {
         hit_counts.iter().map(move |counts| counts[side as usize].load(Ordering::Relaxed))
     };
@@ -188,7 +190,7 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     }
 }
 
-/// What happened to the photons of one chunk.
+/// Counts of the photons of one chunk.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     absorbed: u64,
@@ -203,7 +205,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// Follows some photons, wave by wave.
+    /// Traces a range of photons wave by wave.
     #[inline]
     fn add_photons<I: RayIndex + ?Sized>(
         &mut self,
@@ -217,7 +219,7 @@ impl Tally {
         for photon in photons {
             match tracer.emit(photon) {
                 Some(Ok(path)) => paths.push(path),
-                // `None` cannot be: a dark model shoots no photons.
+                // `None` does not occur, because a dark model shoots no photons.
                 Some(Err(_)) | None => self.refused += 1,
             }
         }
@@ -276,7 +278,7 @@ impl Tally {
     }
 }
 
-/// Hashes the hits of a chunk in the order in which they come.
+/// Hasher of a chunk's hits, in the order in which they are added.
 struct EventHasher {
     hasher: blake3::Hasher,
     waiting: Vec<u8>,
@@ -302,8 +304,8 @@ impl EventHasher {
             hit.v.to_bits(),
         ];
         let mut event = [0; EVENT_BYTES];
-        for (place, word) in event.chunks_exact_mut(4).zip(words) {
-            place.copy_from_slice(&word.to_le_bytes());
+        for (field, word) in event.chunks_exact_mut(4).zip(words) {
+            field.copy_from_slice(&word.to_le_bytes());
         }
         if self.waiting.len() == EVENTS_AT_ONCE * EVENT_BYTES {
             self.flush();

@@ -1,19 +1,22 @@
-//! What shooting photons resulted in.
+//! Result of shooting photons.
 
 use arboleda::{Counters, Triangle, TriangleId};
 
 use super::digest::Digest;
-use super::vector::Vector64;
+use crate::vector::Vector64;
 
-/// The outcome of shooting photons.
+/// Result of shooting photons.
 ///
-/// Invariants: `emitted_photons = absorbed + escaped + cut_off + refused`; `hit_count` is the sum of
-/// `hit_counts`, and no entry of `front_hit_counts` is above that of `hit_counts`; `ray_count = hit_count + escaped`.
-/// Everything but the time and the number of threads depends on the model and the options only (the counters on the
-/// index too), never on threads.
+/// # Invariants
+/// - `emitted_photons = absorbed + escaped + cut_off + refused`.
+/// - `hit_count` is the sum of `hit_counts`.
+/// - Each entry of `front_hit_counts` is at most that of `hit_counts`.
+/// - `ray_count = hit_count + escaped`.
+/// - All fields but `seconds`, `thread_count` and `counters` are functions of the model and the options. `counters`
+///   depend on the index too, but not on the threads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
-    /// How many photons left the lights; 0 if the model has none that emits.
+    /// Photons that left the lights; 0 if no light of the model can emit.
     pub emitted_photons: u64,
     /// Photons that a triangle did not reflect.
     pub absorbed: u64,
@@ -33,30 +36,30 @@ pub struct Shot {
     pub hit_counts: Vec<u64>,
     /// Hits of each triangle on its [front](super::Side::Front), by id.
     pub front_hit_counts: Vec<u64>,
-    /// The power of all lights, in watts.
+    /// Power of all lights in watts.
     pub total_flux: f64,
-    /// What the index did, where that was asked for.
+    /// Counters of the index, with [`super::Counting::On`].
     pub counters: Option<Counters>,
-    /// A hash over all hits.
+    /// Hash of all hits.
     pub digest: Digest,
-    /// How long it took, start of threads excluded.
+    /// Duration in seconds, without the start of threads.
     pub seconds: f64,
-    /// How many threads took part.
+    /// Number of threads.
     pub thread_count: usize,
 }
 
 impl Shot {
-    /// Photons followed to their end in a second.
+    /// Computes the number of photons followed to their end in a second.
     pub fn photons_per_second(&self) -> f64 {
         self.emitted_photons as f64 / self.seconds
     }
 
-    /// Rays answered in a second.
+    /// Computes the number of rays answered in a second.
     pub fn rays_per_second(&self) -> f64 {
         self.ray_count as f64 / self.seconds
     }
 
-    /// The power that each photon carries, in watts; 0 without photons.
+    /// Computes the power that each photon carries, in watts; 0 without photons.
     pub fn photon_flux(&self) -> f64 {
         if self.emitted_photons == 0 {
             return 0.0;
@@ -64,15 +67,14 @@ impl Shot {
         self.total_flux / self.emitted_photons as f64
     }
 
-    /// The power that falls on a triangle, on both sides together, in watts; 0 if there is none of
-    /// that id.
+    /// Computes the power that falls on both sides of a triangle, in watts; 0 if no triangle has this id.
     pub fn flux(&self, id: TriangleId) -> f64 {
         let count = self.hit_counts.get(id.0 as usize).copied().unwrap_or(0);
         count as f64 * self.photon_flux()
     }
 
-    /// The power that falls on a triangle divided by its area, in watts per square metre; 0 if it has
-    /// no area.
+    /// Computes the irradiance of a triangle, its flux divided by its area, in watts per square metre; 0 if it has no
+    /// area.
     pub fn irradiance(&self, id: TriangleId, triangle: &Triangle) -> f64 {
         let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
         let area = 0.5 * (b - a).cross(c - a).length();

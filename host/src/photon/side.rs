@@ -1,25 +1,27 @@
-//! The side of a triangle on which a ray meets it.
+//! Side of a triangle on which a ray hits it.
 
 use arboleda::{Ray, Triangle, Vec3};
 use robust::{Coord3D, orient3d};
 
-use super::vector::Vector64;
+use crate::vector::Vector64;
 
-/// One of the two sides of a triangle.
+/// Side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The side from which the corners are seen counter-clockwise; the normal points to it.
+    /// Side from which the corners are seen counter-clockwise. The normal points to it.
     Front,
-    /// The opposite side.
+    /// Side from which the corners are seen clockwise.
     Back,
 }
 
 impl Side {
-    /// Decides from which side a ray meets a triangle: exactly, by the side of the plane on which the ray begins; for a
-    /// ray that begins in the plane, by its direction, in `f64`.
+    /// Decides on which side a ray hits a triangle.
+    ///
+    /// The side is that of the plane on which the ray begins, decided exactly. For a ray that begins in the plane, the
+    /// direction decides, in `f64`.
     ///
     /// # Source
-    /// Shewchuk 1997, `orient3d`, in the crate `robust`: positive where the corners are seen clockwise.
+    /// Shewchuk 1997, `orient3d`, in the crate `robust`. It is positive where the corners are seen clockwise.
     pub fn met(triangle: &Triangle, ray: &Ray) -> Self {
         let [a, b, c, origin] = [triangle.a, triangle.b, triangle.c, ray.origin()].map(exact);
         let volume = orient3d(a, b, c, origin);
@@ -62,7 +64,7 @@ mod tests {
 
     #[test]
     fn the_nearest_origin_to_a_tilted_plane_is_decided() {
-        // 2^24 + 1 is no f32; the origin lies off the plane x + y + z = 2^24 by one part in 2^24.
+        // 2^24 + 1 is not an f32. The origin lies off the plane x + y + z = 2^24 by one part in 2^24.
         let far = 16_777_216.0_f32;
         let triangle = Triangle::new(Vec3::X * far, Vec3::Y * far, Vec3::Z * far);
         for (x, side) in [(1.0_f32.next_up(), Side::Front), (1.0_f32.next_down(), Side::Back)] {

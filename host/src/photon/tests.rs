@@ -1,10 +1,10 @@
-//! Light transport with known answers: whole shots through real indices.
+//! Tests of light transport with known answers: whole shots through real indices.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use arboleda::{IndexKind, TriangleId, Vec3};
 
-use super::fixtures::{Built, closed_box, lamp, model, quad, sphere};
+use super::fixtures::{BuiltIndex, closed_box, lamp, model, quad, sphere};
 use super::{Counting, PathEnd, ShootOptions, Shot, Tracer, shoot};
 use crate::scene::Model;
 
@@ -13,7 +13,7 @@ fn options(photons: u64) -> ShootOptions {
 }
 
 fn shot(model: &Model, options: &ShootOptions) -> Shot {
-    let mut built = Built::new(model, IndexKind::Octree);
+    let mut built = BuiltIndex::new(model, IndexKind::Octree);
     let shot = shoot(model, &built.index(), options, &|_| {});
     assert_eq!(shot.emitted_photons, options.photons);
     assert_eq!(shot.absorbed + shot.escaped + shot.cut_off + shot.refused, shot.emitted_photons);
@@ -23,7 +23,7 @@ fn shot(model: &Model, options: &ShootOptions) -> Shot {
     shot
 }
 
-/// A room with a block in it, open above: photons are absorbed, escape, and are cut off.
+/// Makes an open room with a block in it, in which photons are absorbed, escape, and are cut off.
 fn open_room(photons: u64) -> (Model, ShootOptions) {
     let mut triangles = closed_box(Vec3::ZERO, Vec3::new(4.0, 3.0, 2.0));
     triangles.retain(|triangle| triangle.a.z.min(triangle.b.z).min(triangle.c.z) < 2.0);
@@ -52,7 +52,7 @@ fn the_result_depends_neither_on_threads_nor_on_the_index() {
     let (model, mut options) = open_room(10_000);
     let expected = shot(&model, &options);
     for &kind in IndexKind::ALL {
-        let mut built = Built::new(&model, kind);
+        let mut built = BuiltIndex::new(&model, kind);
         let index = built.index();
         let mut counters = None;
         for threads in [1, 2, 3] {
@@ -84,7 +84,7 @@ fn nothing_escapes_from_a_closed_box() {
         (Vec3::splat(-1e-20), Vec3::splat(3e-20)),
         (Vec3::splat(-2e25), Vec3::splat(1e25)),
     ] {
-        // The light fills the ceiling: photons begin in its corners and at its edges.
+        // The light fills the ceiling, so photons begin in the room's corners and at its edges too.
         let size = hi - lo;
         let light = crate::scene::AreaLight {
             corner: lo + Vec3::Z * size,
@@ -100,7 +100,7 @@ fn nothing_escapes_from_a_closed_box() {
 
 #[test]
 fn nothing_escapes_from_a_closed_sphere() {
-    // At 1e4 radii from the origin, corners are rounded to a thousandth of the radius.
+    // The third sphere is 1e4 radii from the origin, where corners are rounded to a thousandth of the radius.
     for (centre, radius, level) in [
         (Vec3::ZERO, 1.0, 4),
         (Vec3::new(10.3, -20.7, 3.1), 1.0, 3),
@@ -118,8 +118,8 @@ fn nothing_escapes_from_a_closed_sphere() {
 
 #[test]
 fn furnace() {
-    // All that matters in a closed sphere is the reflectance: 1 / (1 - rho) hits a photon, with the
-    // variance rho / (1 - rho)^2 of the geometric distribution.
+    // In a closed sphere a photon has 1 / (1 - rho) hits on average, with the variance rho / (1 - rho)^2 of the
+    // geometric distribution.
     for rho in [0.0_f32, 0.25, 0.5, 0.8] {
         let model = model(sphere(Vec3::ZERO, 2.0, 2), rho, lamp(Vec3::ZERO, 1.0, 1.0));
         let photons = 50_000;
@@ -131,8 +131,8 @@ fn furnace() {
     }
 }
 
-/// The share of the light of a unit square that reaches a unit square opposite at distance 1
-/// (J. R. Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, C-11).
+/// Computes the share of a unit square's light that reaches an opposite unit square at distance 1 (J. R. Howell, *A
+/// Catalog of Radiation Heat Transfer Configuration Factors*, C-11).
 fn form_factor_of_opposite_squares() -> f64 {
     let root = 2.0_f64.sqrt();
     let logarithm = 0.5 * libm::log(4.0 / 3.0);
@@ -149,7 +149,7 @@ fn irradiance_of_a_floor_under_a_square_light() {
     assert_eq!(shot.front_hit_counts, shot.hit_counts, "all light comes from above");
     let share = form_factor_of_opposite_squares();
     assert!((share - 0.1998).abs() < 1e-4, "the value in tables");
-    // Each half of the floor gets half of it, by symmetry, on half a square metre.
+    // By symmetry, each half of the floor receives half of the flux, on half a square metre.
     let expected = 60.0 * share;
     let half = share / 2.0;
     let sigma = 2.0 * 60.0 * (half * (1.0 - half) / photons as f64).sqrt();
@@ -162,7 +162,7 @@ fn irradiance_of_a_floor_under_a_square_light() {
 #[test]
 fn the_rays_are_those_of_the_shot() {
     let (model, options) = open_room(5_000);
-    let mut built = Built::new(&model, IndexKind::Octree);
+    let mut built = BuiltIndex::new(&model, IndexKind::Octree);
     let index = built.index();
     let tracer = Tracer::new(&model, options.seed, options.max_bounces);
     let mut rays = Vec::new();
@@ -175,9 +175,9 @@ fn the_rays_are_those_of_the_shot() {
 
 #[test]
 fn paths_that_cannot_go_on_end() {
-    // Without reflectances, without lights, and with an index of another model.
+    // An index of another model, then a model without reflectances, then without lights.
     let (mut model, options) = open_room(1000);
-    let mut built = Built::new(&model, IndexKind::Octree);
+    let mut built = BuiltIndex::new(&model, IndexKind::Octree);
     let index = built.index();
     let triangles = std::mem::take(&mut model.triangles);
     let lost = shoot(&model, &index, &options, &|_| {});
@@ -192,7 +192,7 @@ fn paths_that_cannot_go_on_end() {
     assert_eq!((dark.emitted_photons, dark.ray_count, dark.photon_flux()), (0, 0, 0.0));
     assert_eq!(Tracer::new(&model, 1, 6).follow(0, |_| None, |_| {}), None);
 
-    // A light at the end of the range of f32: the origin overflows when it is lifted.
+    // A light at the end of the range of f32, where the origin may overflow when it is lifted.
     model.lights.push(lamp(Vec3::new(0.0, 0.0, -f32::MAX), 1.0, 1.0));
     model.lights[0].edge_u.z = -f32::MAX;
     let end = Tracer::new(&model, 1, 6).follow(0, |_| None, |_| {});

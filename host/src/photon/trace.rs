@@ -1,15 +1,15 @@
-//! One photon's life.
+//! Path of one photon.
 //!
 //! ```text
-//! emission -> closest_hit -+-> nothing: escaped
+//! emission -> closest_hit -+-> no hit: escaped
 //!                ^         +-> roulette lost: absorbed
 //!                |         +-> too many bounces: cut off
 //!                +- bounce +
 //! ```
 //!
-//! A photon survives a hit with the probability that the triangle reflects, so its flux never
-//! changes, and it goes on in a cosine distribution on the side it came from. Its path is a function of the
-//! model, the seed and the photon's number; every index gives the same.
+//! A photon survives a hit with a probability of the triangle's reflectance, so its flux stays constant. It bounces
+//! into the side it came from, with a cosine distribution. Its path is a function of the model, the seed and the
+//! photon's number, and the same with every index.
 //!
 //! # Source
 //! J. Arvo, D. Kirk, *Particle Transport and Image Synthesis*, 1990, for the roulette; H. W. Jensen,
@@ -25,37 +25,37 @@ use super::offset::Departure;
 use super::random::PhotonRandom;
 use crate::scene::Model;
 
-/// The usual limit of bounces. At a reflectance of 0.8, 6 photons in 10 million come this far.
+/// Default of the most bounces. At a reflectance of 0.8, 6 photons in 10 million reach it.
 pub const DEFAULT_MAX_BOUNCES: u32 = 64;
 
-/// One straight piece of a photon's path.
+/// Straight segment of a photon's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// The photon's number.
     pub photon: u64,
-    /// How often it had bounced before: 0 for the piece that begins at the light.
+    /// Number of bounces before the segment; 0 for the segment from the light.
     pub bounce: u32,
-    /// Where it begins and in which direction it goes; of unit length up to rounding.
+    /// Ray of the segment. Its direction has unit length up to rounding.
     pub ray: Ray,
-    /// What it ends at; `None` if it leaves the scene.
+    /// Hit at the end of the segment; `None` if the photon leaves the scene.
     pub hit: Option<Hit>,
 }
 
-/// How a photon's path ended.
+/// Reason why a photon's path ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PathEnd {
-    /// The triangle it hit last did not reflect it.
+    /// The last triangle absorbed the photon.
     Absorbed,
-    /// It hit nothing any more.
+    /// The last ray hit no triangle.
     Escaped,
-    /// It would have bounced once more than is allowed.
+    /// The photon reached the most bounces.
     CutOff,
-    /// No valid ray begins there: beyond the range of `f32`, or in doubt on which side of the
-    /// triangle it is. Also the end of a photon that hit a triangle that the model does not have.
+    /// No valid ray begins at the last point: it is beyond the range of `f32`, or the side of the triangle is in doubt,
+    /// or the model does not have the triangle.
     Refused,
 }
 
-/// A photon on its way.
+/// Photon during tracing: its next ray and its random numbers.
 #[derive(Clone, Debug)]
 pub struct Path {
     photon: u64,
@@ -65,18 +65,18 @@ pub struct Path {
 }
 
 impl Path {
-    /// Where it goes next.
+    /// Returns the next ray.
     pub fn ray(&self) -> &Ray {
         &self.ray
     }
 
-    /// The piece that ends at `hit`.
+    /// Makes the segment of the next ray, which ends at `hit`.
     pub fn segment(&self, hit: Option<Hit>) -> Segment {
         Segment { photon: self.photon, bounce: self.bounce, ray: self.ray, hit }
     }
 }
 
-/// Follows the photons of a model.
+/// Tracer of a model's photons.
 #[derive(Clone, Debug)]
 pub struct Tracer<'m> {
     model: &'m Model,
@@ -86,19 +86,17 @@ pub struct Tracer<'m> {
 }
 
 impl<'m> Tracer<'m> {
-    /// Prepares the model's lights. A path has at most `max_bounces + 1` segments.
+    /// Creates a tracer. A path has at most `max_bounces + 1` segments.
     pub fn new(model: &'m Model, seed: u64, max_bounces: u32) -> Self {
         Self { model, emitter: Emitter::new(&model.lights), seed, max_bounces }
     }
 
-    /// The lights.
+    /// Returns the emitter of the model's lights.
     pub fn emitter(&self) -> &Emitter {
         &self.emitter
     }
 
-    /// Lets one photon leave the light.
-    ///
-    /// A model without light emits nothing: `None`. Allocates nothing and never panics; so below.
+    /// Emits a photon; `None` if no light of the model can emit. Allocates nothing and never panics.
     #[inline]
     pub fn emit(&self, photon: u64) -> Option<Result<Path, PathEnd>> {
         let mut random = PhotonRandom::new(self.seed, photon);
@@ -107,13 +105,13 @@ impl<'m> Tracer<'m> {
         Some(ray.map(|ray| Path { photon, bounce: 0, ray, random }).map_err(|_| PathEnd::Refused))
     }
 
-    /// Lets a photon bounce where its ray hits, or says how its path ends there.
+    /// Lets a photon bounce at a hit, or returns why its path ends there. Allocates nothing and never panics.
     #[inline]
     pub fn bounce(&self, path: &mut Path, hit: Option<Hit>) -> Option<PathEnd> {
         let Some(hit) = hit else {
             return Some(PathEnd::Escaped);
         };
-        // A draw is below 1: a reflectance of 1 always survives, 0 and NaN never do.
+        // A draw is below 1, so a photon always survives a reflectance of 1, and never one of 0 or NaN.
         let id = hit.triangle.0 as usize;
         let reflectance = self.model.reflectance.get(id).copied().unwrap_or(0.0);
         let survives = path.random.uniform() < reflectance;
@@ -137,7 +135,7 @@ impl<'m> Tracer<'m> {
         None
     }
 
-    /// Follows one photon. `closest_hit` asks an index over the model's triangles; `observe` sees
+    /// Follows one photon to its end. `closest_hit` queries an index over the model's triangles. `observe` receives
     /// each segment in order.
     #[inline]
     pub fn follow(
@@ -159,8 +157,8 @@ impl<'m> Tracer<'m> {
         }
     }
 
-    /// Shows all rays of some photons in order, found with the help of any index: for benches that
-    /// replay the same rays on every other.
+    /// Calls `each` with all rays of a range of photons, in order, traced through any index. Benches replay these rays
+    /// on every other index.
     pub fn rays<I: RayIndex + ?Sized>(
         &self,
         index: &I,

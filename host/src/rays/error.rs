@@ -1,4 +1,4 @@
-//! Errors of files of rays, each with the cure where there is one.
+//! Errors of files of rays, with the remedy if there is one.
 
 use std::io;
 use std::path::PathBuf;
@@ -21,12 +21,12 @@ pub enum RaysProblem {
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
-    /// The file is of another kind, which is recognised.
+    /// The file is recognised as another kind.
     #[error("{kind}; {cure}")]
     Foreign {
-        /// A sentence about the kind of the file.
+        /// Description of the file's kind.
         kind: &'static str,
-        /// Advice on a file that would be read.
+        /// Advice how to get a file that can be read.
         cure: &'static str,
     },
     /// The file does not begin as a `.npy` file does.
@@ -36,22 +36,22 @@ pub enum RaysProblem {
     #[error("the header of the .npy file is not valid: {0}")]
     Header(String),
     /// The file ends before its last number.
-    #[error("it is cut off: {needed} bytes are needed for shape {shape:?}, here are {found}")]
+    #[error("it is cut off: shape {shape:?} needs {needed} bytes, but it has {found}")]
     CutOff {
         /// The shape in the header.
         shape: Vec<u64>,
-        /// Bytes of the whole file, by the header.
+        /// Bytes that the file needs by its header.
         needed: u128,
-        /// Bytes of the file as it is.
+        /// Bytes that the file has.
         found: usize,
     },
     /// The array has another shape.
     #[error("it has shape {0:?}; rays are of shape (N, 6) or (N, 8)")]
     Shape(Vec<u64>),
-    /// The columns of the array lie one after the other.
+    /// The array is stored column by column.
     #[error("it is in Fortran order; save it with numpy.ascontiguousarray")]
     FortranOrder,
-    /// The numbers are of a type that is not read.
+    /// The numbers are of a type that cannot be read.
     #[error(
         "it holds values of type {0}; rays are float32 or float64: save it with .astype('<f4')"
     )]

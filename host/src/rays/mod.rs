@@ -1,7 +1,7 @@
 //! Rays from `NumPy` files.
 //!
-//! One row is one ray: origin, direction, and perhaps `t_min` and `t_max`. The origin of the scene is subtracted from
-//! that of each ray in `f64`, before `float64` values are rounded.
+//! Each row is a ray: origin, direction, and optionally `t_min` and `t_max`. The scene's origin is subtracted from the
+//! ray's origin in `f64`, before `float64` values are rounded.
 
 mod error;
 
@@ -14,12 +14,12 @@ use npyz::{DType, NpyFile, NpyHeader, Order, TypeChar};
 use crate::signature::Signature;
 pub use error::{RaysError, RaysProblem};
 
-/// The most bytes of a header; `NumPy` refuses longer ones too.
+/// Most bytes of a header, which is `NumPy`'s limit too.
 const LONGEST_HEADER: usize = 10_000;
-/// The most opening brackets in a header. Two are needed: one of the whole, one of the shape.
+/// Most opening brackets in a header. A valid header has two: that of the dictionary and that of the shape.
 const MOST_BRACKETS: usize = 16;
 
-/// Numbers of a file of rays, not yet rounded.
+/// Numbers of a file of rays, before rounding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayTable {
     columns: usize,
@@ -46,7 +46,7 @@ pub fn load(path: &Path) -> Result<RayTable, RaysError> {
 /// # Errors
 /// [`RaysProblem`], for anything else.
 pub fn read(bytes: &[u8]) -> Result<RayTable, RaysProblem> {
-    // 1. Checks that the reader of headers leaves to its callers.
+    // 1. Checks that the crate `npyz` leaves to its callers.
     match Signature::of(bytes) {
         Some(Signature::Npy) => {}
         Some(signature) => {
@@ -94,8 +94,8 @@ pub fn read(bytes: &[u8]) -> Result<RayTable, RaysProblem> {
     Ok(RayTable { columns: columns as usize, values })
 }
 
-/// Refuses headers that claim more bytes or elements than can be counted, or nest so deep that reading
-/// them could overflow the stack.
+/// Refuses headers that claim more bytes or elements than can be counted, and headers nested so deep that parsing could
+/// overflow the stack.
 fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
     let invalid = |what: &str| Err(RaysProblem::Header(what.into()));
     let (size, first) = match bytes {
@@ -112,7 +112,7 @@ fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
     if text.iter().filter(|byte| b"([{".contains(byte)).count() > MOST_BRACKETS {
         return invalid("it has more brackets than an array of numbers needs");
     }
-    // All numbers in it, the shape's among them.
+    // The product of all numbers in the header, among them those of the shape.
     let mut product: u64 = 1;
     for digits in text.split(|byte| !byte.is_ascii_digit()).filter(|digits| !digits.is_empty()) {
         let number = digits.iter().try_fold(0_u64, |number, digit| {
@@ -127,7 +127,7 @@ fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
 }
 
 impl RayTable {
-    /// The number of rays.
+    /// Returns the number of rays.
     pub fn len(&self) -> usize {
         let numbers = match &self.values {
             Values::Single(values) => values.len(),
@@ -141,12 +141,12 @@ impl RayTable {
         self.len() == 0
     }
 
-    /// Tells whether the file has numbers of 64 bits, which become `f32` in rays.
+    /// Tells whether the file has numbers of 64 bits, which rays round to `f32`.
     pub fn is_rounded(&self) -> bool {
         matches!(self.values, Values::Double(_))
     }
 
-    /// Makes the rays, relative to the scene's origin; a row that is not a valid ray becomes an error.
+    /// Makes the rays relative to the scene's origin. A row that is not a valid ray becomes an error.
     pub fn rays(&self, origin: [f64; 3]) -> Vec<Result<Ray, RayError>> {
         match &self.values {
             Values::Single(values) => rays(values, self.columns, origin),

@@ -1,8 +1,8 @@
-//! Files of rays as they occur, and as they should not.
+//! Tests of valid, wrong and hostile files of rays.
 
 use super::*;
 
-/// A file of version 1.
+/// Makes a `.npy` file of version 1.
 fn npy(descr: &str, order: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
@@ -29,7 +29,7 @@ fn doubles_are_translated_before_they_are_rounded() {
         assert_eq!(ray.origin().to_array(), [0.118_260_66, 0.25, 0.1]);
         assert_eq!(ray.t_max(), f32::INFINITY);
     }
-    // Singles, without an origin: the same bits.
+    // Numbers of 32 bits without an origin keep their bits.
     let row = [0.1_f32, -0.0, 3e-45, 1.0, 0.0, 0.0];
     let data: Vec<u8> = row.iter().flat_map(|x| x.to_le_bytes()).collect();
     let table = read(&npy("<f4", "True", "(1, 6)", &data)).unwrap();
@@ -45,7 +45,7 @@ fn files_that_are_cut_off_say_so() {
     let size = whole.len();
     assert_eq!(
         problem(&whole[..size - 1]),
-        format!("it is cut off: {size} bytes are needed for shape [2, 6], here are {}", size - 1)
+        format!("it is cut off: shape [2, 6] needs {size} bytes, but it has {}", size - 1)
     );
     assert_eq!(problem(&whole[..30]), "the header of the .npy file is not valid: it is cut off");
     assert!(

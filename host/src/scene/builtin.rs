@@ -1,30 +1,31 @@
-//! The scenes that need no file, by name.
+//! Scenes that need no file, by name.
 
 use arboleda::Vec3;
 
-use super::city::{CityOptions, procedural_city};
+use super::generated::city::{CityOptions, procedural_city};
+use super::generated::mixed::{MixedOptions, mixed_sizes};
+use super::generated::{paper, shapes, sized};
 use super::light::DEFAULT_FLUX;
-use super::mixed::{MixedOptions, mixed_sizes};
-use super::{AreaLight, Model, SceneError, paper, shapes, sized};
+use super::{AreaLight, Model, SceneError};
 
-/// A scene that needs no file.
+/// Scene that needs no file.
 #[derive(Clone, Copy, Debug)]
 pub struct Builtin {
-    /// What to call it on command lines.
+    /// Name on command lines.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Description in one line.
     pub description: &'static str,
     build: fn() -> Model,
 }
 
 impl Builtin {
-    /// Makes the scene; the same bits each time.
+    /// Makes the scene. The bits are the same each time.
     pub fn build(&self) -> Model {
         (self.build)()
     }
 }
 
-/// All of them.
+/// All built-in scenes of a fixed size.
 pub const ALL: &[Builtin] = &[
     entry("fig2", "six groups of a few objects, six clusters (paper, figure 2)", paper::fig2),
     entry("fig3", "two distant clusters of 512 cubes each (figure 3)", paper::fig3),
@@ -46,22 +47,22 @@ const fn entry(name: &'static str, description: &'static str, build: fn() -> Mod
     Builtin { name, description, build }
 }
 
-/// A name and what makes the scene of about so many triangles.
-type Family = (&'static str, fn(u32) -> Model);
+/// Name of a scene of any size, and the function that makes it with about the given number of triangles.
+type SizedScene = (&'static str, fn(u32) -> Model);
 
-/// Scenes of any size, too large to be among those that run unasked: `mesh-1000000` names a mesh of
-/// about a million triangles.
-pub(crate) const SIZED: [Family; 2] = [("mesh", sized::mesh_of), ("city", sized::city_of)];
+/// Scenes of any size: `mesh-1000000` names a mesh of about a million triangles. They are not in [`ALL`], whose scenes
+/// run by default, because they may be large.
+pub(crate) const SIZED: [SizedScene; 2] = [("mesh", sized::mesh_of), ("city", sized::city_of)];
 
-/// What `mesh` means without a size.
+/// Triangles of the scene `mesh` without a size.
 const MESH_TRIANGLES: u32 = 125_000;
 
-/// The names of all built-in scenes of a fixed size.
+/// Lists the names of all built-in scenes of a fixed size.
 pub fn names() -> impl Iterator<Item = &'static str> {
     ALL.iter().map(|scene| scene.name)
 }
 
-/// A built-in scene, if there is one of this name: one of [`ALL`], `mesh`, or `mesh-N` or `city-N` of
+/// Makes the built-in scene of this name, if there is one: a scene of [`ALL`], `mesh`, or `mesh-N` or `city-N` with
 /// about N triangles.
 pub fn by_name(name: &str) -> Option<Model> {
     if let Some(scene) = ALL.iter().find(|scene| scene.name == name) {
@@ -72,7 +73,7 @@ pub fn by_name(name: &str) -> Option<Model> {
     Some(model)
 }
 
-/// A scene named with its number of triangles.
+/// Makes a scene whose name ends in its number of triangles.
 fn of_size(name: &str) -> Option<Model> {
     let (family, size) = name.rsplit_once('-')?;
     let (_, build) = SIZED.iter().find(|(name, _)| *name == family)?;
@@ -80,15 +81,15 @@ fn of_size(name: &str) -> Option<Model> {
     Some(build(size))
 }
 
-/// A built-in scene.
+/// Makes the built-in scene of this name.
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`], which lists the names there are.
+/// [`SceneError::UnknownScene`], which lists the known names.
 pub fn require(name: &str) -> Result<Model, SceneError> {
     by_name(name).ok_or_else(|| SceneError::UnknownScene { name: name.into() })
 }
 
-/// The names, for messages.
+/// Lists the names for messages.
 pub(super) fn list() -> String {
     let names = names().collect::<Vec<_>>().join(", ");
     format!(

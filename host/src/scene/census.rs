@@ -1,4 +1,4 @@
-//! Counts of what a scene's triangles share.
+//! Counts of distinct vertices, degenerate triangles and duplicates of a scene.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -7,14 +7,14 @@ use arboleda::{Triangle, Vec3};
 
 use super::Model;
 
-/// Counts of a scene's distinct vertices, and of triangles that no closest hit needs.
+/// Counts of a scene's distinct vertices and of triangles that no closest hit reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
-    /// Distinct points among all corners; 0 and -0 are one.
+    /// Distinct points among all corners; 0 and -0 are equal.
     pub vertices: usize,
-    /// Triangles without area: no ray hits them.
+    /// Triangles without area, which no ray hits.
     pub degenerate: usize,
-    /// Triangles with the same corners as one before them, in any order: no ray hits them first.
+    /// Triangles with the same corners, in any order, as a triangle of lower id, which wins every tie.
     pub duplicate: usize,
 }
 
@@ -45,12 +45,12 @@ impl fmt::Display for Census {
     }
 }
 
-/// Takes the bits of a point for comparison; adding 0 turns -0 into 0.
+/// Returns the bits of a point, for comparison. Adding 0 turns -0 into 0.
 fn bits(point: Vec3) -> Bits {
     point.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-/// Tells whether the corners lie on a line, exactly: in each of three projections, by `orient2d`.
+/// Tells exactly whether the corners lie on a line: whether `orient2d` is 0 in each of three projections.
 fn is_degenerate(triangle: &Triangle) -> bool {
     let corners =
         [triangle.a, triangle.b, triangle.c].map(|corner| corner.to_array().map(f64::from));

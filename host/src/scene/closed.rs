@@ -1,23 +1,25 @@
-//! Whether a mesh is closed, and a place inside it.
+//! Closed meshes, and a ball inside them.
 //!
-//! From inside a closed mesh every ray must hit something: what does not is a leak of whoever says so.
+//! Every ray that begins inside a closed mesh must hit it. An index that reports a miss for such a ray has a leak.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use arboleda::{Aabb, Triangle, Vec3};
 
-/// A ball that no triangle of a closed mesh reaches into.
+use crate::vector::Vector64;
+
+/// Ball that no triangle of a closed mesh reaches into.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inside {
-    /// Its middle: that of the mesh's bounding box.
+    /// Centre of the ball and of the mesh's bounding box.
     pub centre: Vec3,
-    /// At most the distance of the closest triangle; more than 0.
+    /// Radius: more than 0, at most the distance of the closest triangle.
     pub radius: f32,
 }
 
-/// Tells whether every edge, by the bits of its ends, is run along once each way: a surface without
-/// border, wound alike everywhere.
+/// Tells whether a mesh is closed and wound consistently: whether triangles run along every edge exactly once in each
+/// direction. Edges are compared by the bits of their ends.
 pub fn is_closed(triangles: &[Triangle]) -> bool {
     let bits = |point: Vec3| point.to_array().map(|x| (x + 0.0).to_bits());
     let mut edges: HashMap<_, u32> = HashMap::with_capacity(3 * triangles.len());
@@ -30,8 +32,8 @@ pub fn is_closed(triangles: &[Triangle]) -> bool {
     edges.iter().all(|(&(a, b), &times)| times == 1 && edges.get(&(b, a)) == Some(&1))
 }
 
-/// A ball around the middle of a closed mesh; `None` if the mesh is not closed or its middle is not
-/// inside, as with a ring.
+/// Computes a ball around the centre of a closed mesh's bounding box. `None` if the mesh is not closed, or if the
+/// centre is not inside, as in a ring.
 pub fn inside(triangles: &[Triangle]) -> Option<Inside> {
     if triangles.is_empty() || !is_closed(triangles) {
         return None;
@@ -39,7 +41,8 @@ pub fn inside(triangles: &[Triangle]) -> Option<Inside> {
     let bounds = triangles.iter().fold(Aabb::EMPTY, |all, triangle| all.union(triangle.bounds()));
     let centre = bounds.centre();
     let seen: f64 = triangles.iter().map(|triangle| solid_angle(triangle, centre)).sum();
-    // The whole sphere of directions once, or 4 pi = 2 TAU; nothing from outside.
+    // Seen from inside, the mesh covers the whole sphere of directions, 4 pi = 2 TAU; seen from outside, the parts
+    // cancel to 0.
     if seen.abs() < TAU {
         return None;
     }
@@ -49,20 +52,16 @@ pub fn inside(triangles: &[Triangle]) -> Option<Inside> {
     (radius > 0.0).then_some(Inside { centre, radius })
 }
 
-/// The solid angle of a triangle seen from `eye`, positive from behind.
+/// Computes the solid angle of a triangle seen from `eye`. It is positive from the triangle's back.
 ///
 /// # Source
 /// A. van Oosterom, J. Strackee, *The Solid Angle of a Plane Triangle*, 1983.
 fn solid_angle(triangle: &Triangle, eye: Vec3) -> f64 {
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|corner| {
-        let from = |axis: usize| f64::from(corner[axis]) - f64::from(eye[axis]);
-        [from(0), from(1), from(2)]
-    });
-    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-    let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
-    let [la, lb, lc] = [a, b, c].map(|corner| dot(corner, corner).sqrt());
-    let denominator = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
-    2.0 * libm::atan2(dot(a, cross), denominator)
+    let eye = Vector64::from(eye);
+    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|corner| Vector64::from(corner) - eye);
+    let [la, lb, lc] = [a, b, c].map(Vector64::length);
+    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * libm::atan2(a.dot(b.cross(c)), denominator)
 }
 
 #[cfg(test)]

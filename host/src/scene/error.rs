@@ -1,11 +1,11 @@
-//! What can be wrong with a scene, said so that a person can act.
+//! Errors of scenes, worded so that a person can act on them.
 
 use std::io;
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why there is no scene.
+/// Error of loading or making a scene.
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// The file does not exist or cannot be read.
@@ -13,30 +13,30 @@ pub enum SceneError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A line of the file is wrong.
+    /// A line of the file is not valid.
     #[error("{}, line {line}: {problem}", file.display())]
     Line {
         /// The file.
         file: PathBuf,
-        /// The line, counted from 1; of a continued line, the first.
+        /// Number of the line, counted from 1. For a continued line, the number of the first part.
         line: usize,
-        /// What is wrong with it.
+        /// Problem of the line.
         problem: LineProblem,
     },
-    /// A part of a file without lines is wrong.
+    /// A part of the file is not valid.
     #[error("{}, {place}: {problem}", file.display())]
     Malformed {
         /// The file.
         file: PathBuf,
-        /// The place in the file: a line, an element, the header.
+        /// Part of the file: a line, an element, the header.
         place: String,
-        /// The problem there.
+        /// Problem of the part.
         problem: String,
     },
-    /// There is nothing in the file that a ray could hit.
+    /// The file has no face of three or more corners, so no ray could hit anything.
     #[error(
         "{}: no faces of three or more corners found ({vertex_count} vertices, {ignored_count} points, \
          lines and shorter faces); {hint}",
@@ -45,24 +45,24 @@ pub enum SceneError {
     NoFaces {
         /// The file.
         file: PathBuf,
-        /// How many vertices it has.
+        /// Number of vertices in the file.
         vertex_count: usize,
-        /// The number of points, lines, and faces of one or two corners.
+        /// Number of points, lines, and faces of one or two corners.
         ignored_count: usize,
-        /// A question about the likely cause.
+        /// Question that hints at the likely cause.
         hint: &'static str,
     },
-    /// The file is of a kind that is not read.
+    /// The file is of a kind that cannot be read.
     #[error("{}: {kind}; {cure}", file.display())]
     Foreign {
         /// The file.
         file: PathBuf,
-        /// A sentence about the kind of the file.
+        /// Description of the file's kind.
         kind: &'static str,
-        /// Advice on a file that would be read.
+        /// Advice how to get a file that can be read.
         cure: &'static str,
     },
-    /// Each face has a vertex that is not finite.
+    /// Every face has a vertex that is not finite.
     #[error(
         "{}: all {faces} faces have a vertex that is not finite as a 32-bit number",
         file.display()
@@ -70,15 +70,15 @@ pub enum SceneError {
     NoFiniteFaces {
         /// The file.
         file: PathBuf,
-        /// The number of faces.
+        /// Number of faces.
         faces: usize,
     },
-    /// The reader of OBJ files refused the file for a reason that the checks before it do not know.
+    /// The crate that reads OBJ files refused a file that passed this crate's checks.
     #[error("{} is refused by the reader of OBJ files", file.display())]
     Refused {
         /// The file.
         file: PathBuf,
-        /// Its reason.
+        /// Reason of the crate.
         source: tobj::LoadError,
     },
     /// No built-in scene has this name.
@@ -87,30 +87,30 @@ pub enum SceneError {
         /// The name asked for.
         name: String,
     },
-    /// Not an axis.
+    /// The text names no axis.
     #[error("`{given}` is not an axis that points up; use y, z or auto")]
     UnknownAxis {
-        /// What was given.
+        /// The text.
         given: String,
     },
 }
 
-/// What is wrong with a line of an OBJ file.
+/// Problem of a line of an OBJ file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LineProblem {
     /// A vertex has fewer than three coordinates.
-    #[error("a vertex needs 3 coordinates, here are {given}")]
+    #[error("a vertex needs 3 coordinates, but has {given}")]
     FewCoordinates {
-        /// How many there are.
+        /// Number of coordinates on the line.
         given: usize,
     },
-    /// A coordinate is no number.
+    /// A coordinate is not a number.
     #[error("vertex coordinate `{text}` is not a number")]
     NotANumber {
         /// The coordinate as written.
         text: String,
     },
-    /// A face names a vertex by something that is no whole number other than 0.
+    /// A corner of a face does not begin with a whole number other than 0.
     #[error("face corner `{text}` does not begin with a vertex number (1, 2, ... or -1, -2, ...)")]
     NotAnIndex {
         /// The corner as written.
@@ -119,11 +119,11 @@ pub enum LineProblem {
     /// A face names a vertex that does not exist.
     #[error("a face names vertex {index}, but there are {vertex_count} vertices {place}")]
     OutOfRange {
-        /// The number as written.
+        /// Vertex number as written.
         index: i64,
-        /// How many vertices it could have named.
+        /// Number of vertices that the corner could have named.
         vertex_count: usize,
-        /// "in the file", or, for a negative number, "above it".
+        /// Place of these vertices: "in the file", or "above it" for a negative number.
         place: &'static str,
     },
 }

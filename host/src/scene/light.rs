@@ -1,4 +1,4 @@
-//! A light for models that bring none, and which way is up.
+//! Default light of models without lights, and the axis that points up.
 //!
 //! ```text
 //!      ===========     as large as the footprint, facing down
@@ -14,12 +14,11 @@ use arboleda::{Aabb, Vec3};
 
 use super::{AreaLight, Model, SceneError};
 
-/// The axis that points up in a model.
+/// Axis that points up in a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UpAxis {
-    /// `Y`, as most OBJ files have it, unless the model is clearly flattest along z: its z extent less
-    /// than half its x extent and less than half its y extent. A city is flat, a statue neither way;
-    /// where the guess is wrong, say `Y` or `Z`.
+    /// Guess by the shape of the model. `Z` if the z extent is less than half the x extent and less than half the y
+    /// extent, as in a city; else `Y`, the convention of most OBJ files.
     #[default]
     Auto,
     /// y points up.
@@ -29,7 +28,7 @@ pub enum UpAxis {
 }
 
 impl UpAxis {
-    /// `Y` or `Z`: what `Auto` means for a model with these bounds.
+    /// Replaces `Auto` by `Y` or `Z`, for a model with these bounds.
     #[must_use]
     pub fn resolved(self, bounds: &Aabb) -> Self {
         let [x, y, z] = bounds.extent();
@@ -40,7 +39,7 @@ impl UpAxis {
         }
     }
 
-    /// The direction that points up in a model.
+    /// Returns the direction that points up in a model.
     #[must_use]
     pub fn vector(self, model: &Model) -> Vec3 {
         if self.resolved(&model.bounds()) == Self::Z { Vec3::Z } else { Vec3::Y }
@@ -70,15 +69,15 @@ impl fmt::Display for UpAxis {
     }
 }
 
-/// The power of a light that nobody specified, in watts: the bulb of old.
+/// Power of the default light in watts: that of an old light bulb.
 pub(super) const DEFAULT_FLUX: f32 = 100.0;
 
 impl AreaLight {
-    /// A rectangle in the plane `z = centre.z` that faces down, towards smaller z.
+    /// Creates a rectangular light in the plane `z = centre.z` that faces down, towards smaller z.
     pub fn facing_down(centre: Vec3, width: f32, depth: f32, flux: f32) -> Self {
         Self {
             corner: centre - Vec3::new(width * 0.5, depth * 0.5, 0.0),
-            // y x x = -z.
+            // Y cross X = -Z.
             edge_u: Vec3::Y * depth,
             edge_v: Vec3::X * width,
             flux,
@@ -87,9 +86,8 @@ impl AreaLight {
 }
 
 impl Model {
-    /// Adds a light of 100 W above a model that has none: a rectangle over its whole footprint, above
-    /// its top by a twentieth of its diagonal, facing down. A model with lights, or without
-    /// triangles, is left as it is.
+    /// Adds a light of 100 W to a model without lights. The light is a rectangle over the model's footprint, a
+    /// twentieth of the diagonal above its top, facing down. A model with lights or without triangles stays as it is.
     #[must_use]
     pub fn with_default_light(mut self, up: UpAxis) -> Self {
         let bounds = self.bounds();
@@ -98,12 +96,12 @@ impl Model {
         }
         let extent = bounds.extent();
         let diagonal = bounds.diagonal_squared().sqrt();
-        // A wall seen from above has a footprint without area, a point has no size at all.
+        // A vertical wall has a footprint without area, and a single point has no extent; the light needs an area.
         let least = if diagonal > 0.0 { diagonal * 0.05 } else { 1.0 };
         let side = |axis: usize| extent[axis].max(least);
         let (height, across) = match up.resolved(&bounds) {
-            UpAxis::Z => (2, [1, 0]), // y x x = -z
-            _ => (1, [0, 2]),         // x x z = -y
+            UpAxis::Z => (2, [1, 0]), // Y cross X = -Z
+            _ => (1, [0, 2]),         // X cross Z = -Y
         };
         let centre = bounds.centre().to_array();
         let mut corner = centre.map(f64::from);
@@ -124,7 +122,7 @@ impl Model {
     }
 }
 
-/// The nearest finite vector: a model may reach as far as `f32` does, its light no farther.
+/// Clamps a vector to finite `f32` values. A model may reach the limits of `f32`, and its light would lie beyond.
 fn finite(vector: [f64; 3]) -> Vec3 {
     let limit = f64::from(f32::MAX);
     Vec3::from_array(vector.map(|coordinate| coordinate.clamp(-limit, limit) as f32))

@@ -1,42 +1,37 @@
 //! Sources of triangles: scene files, the paper's scenes, generated cities.
 //!
 //! ```text
-//! formats (a file) -> surface -> polygon ---------------\
-//! shapes, teapot -> paper, city, mixed, sized -> builtin +-> Model -> light (one above, where there is none)
+//! formats (a file) -> surface -> polygon --\
+//! generated (functions) -> builtin (names) -+-> Model -> light (adds one above a model that has none)
 //! ```
-//! Every scene but a file's is a function of its options: no clock, no platform's mathematics, z up.
+//! census and closed inspect a model: shared vertices, triangles without area, closed meshes.
 
 pub mod builtin;
 mod census;
-pub mod city;
 pub mod closed;
 mod error;
 pub mod formats;
-mod hash;
+mod generated;
 mod light;
-pub mod mixed;
 mod model;
-pub mod paper;
 mod polygon;
-pub mod shapes;
-pub mod sized;
 mod surface;
-pub mod teapot;
 
 pub use census::Census;
 pub use error::{LineProblem, SceneError};
 pub use formats::load;
+pub use generated::{city, mixed, paper, shapes, sized, teapot};
 pub use light::UpAxis;
 pub use model::{AreaLight, Model};
 pub use surface::{DEFAULT_REFLECTANCE, Import, NotAnOrigin, Origin, Surface};
 
 #[cfg(test)]
 pub(crate) mod test_support {
-    //! What tests of scenes ask of the core.
+    //! Queries of the core that tests of scenes share.
 
     use arboleda::{Block, Options, Scene, clusters as cluster};
 
-    /// The numbers of clusters and of size classes with these options.
+    /// Counts clusters and size classes with these options.
     pub(crate) fn cluster_counts(scene: &Scene<'_>, options: &Options) -> (usize, u32) {
         let bytes = cluster::scratch_capacity(scene.triangles().len());
         let mut scratch = vec![Block::ZERO; Block::count(bytes)];

@@ -1,58 +1,59 @@
-//! A scene in memory.
+//! Model: a scene in memory, with lights and reflectances.
 
 use arboleda::{Aabb, Scene, Triangle, Vec3};
 
-/// Triangles with what light needs to know of them.
+/// Triangles with their objects, reflectances and lights.
 ///
-/// `objects` and `reflectance` have one entry per triangle.
+/// # Invariants
+/// `objects` and `reflectance` have one entry for each triangle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
-    /// For headings: the built-in scene's name or the file's.
+    /// Name for headings: that of the built-in scene or of the file.
     pub name: String,
-    /// All triangles; ids count from 0 in this order.
+    /// All triangles. The id of a triangle is its index in this list.
     pub triangles: Vec<Triangle>,
-    /// Which object each triangle belongs to, an index into `object_names`.
+    /// Object of each triangle, an index into `object_names`.
     pub objects: Vec<u32>,
-    /// The names of objects and groups.
+    /// Names of objects and groups.
     pub object_names: Vec<String>,
-    /// The share of light that each triangle reflects, diffusely, 0 to 1.
+    /// Share of light that each triangle reflects diffusely, 0 to 1.
     pub reflectance: Vec<f32>,
-    /// Where the photons come from.
+    /// Light sources of the photons.
     pub lights: Vec<AreaLight>,
-    /// The point that was subtracted from the file's coordinates. Add it to a position to get the file's.
+    /// Point that was subtracted from the file's coordinates. A position plus `origin` is in the file's coordinates.
     pub origin: [f64; 3],
 }
 
-/// A parallelogram that emits light on the side of `edge_u x edge_v`, with a cosine distribution.
+/// Parallelogram that emits light on the side of `edge_u x edge_v`, with a cosine distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
     /// One corner.
     pub corner: Vec3,
-    /// From the corner along one side.
+    /// Edge from the corner along one side.
     pub edge_u: Vec3,
-    /// From the corner along the other side.
+    /// Edge from the corner along the other side.
     pub edge_v: Vec3,
-    /// The power that it emits, in watts.
+    /// Emitted power in watts.
     pub flux: f32,
 }
 
 impl Model {
-    /// What the core builds indices from; clusters are found among triangles.
+    /// Makes the scene for index builds. Clusters are found among triangles.
     pub fn scene(&self) -> Scene<'_> {
         Scene::new(&self.triangles)
     }
 
-    /// As `scene`, but clusters are found among whole objects.
+    /// Makes the scene for index builds. Clusters are found among whole objects.
     pub fn scene_of_objects(&self) -> Scene<'_> {
         Scene::with_objects(&self.triangles, &self.objects)
     }
 
-    /// A model without triangles yet.
+    /// Creates a model without triangles.
     pub fn named(name: impl Into<String>) -> Self {
         Self { name: name.into(), ..Self::default() }
     }
 
-    /// Appends an object whose triangles all reflect alike.
+    /// Appends an object whose triangles have the same reflectance.
     pub fn add_object(
         &mut self,
         name: impl Into<String>,
@@ -66,7 +67,7 @@ impl Model {
         self.reflectance.resize(self.triangles.len(), reflectance);
     }
 
-    /// The smallest box around all triangles.
+    /// Computes the bounding box of all triangles.
     pub fn bounds(&self) -> Aabb {
         self.triangles.iter().fold(Aabb::EMPTY, |all, triangle| all.union(triangle.bounds()))
     }

@@ -1,6 +1,6 @@
-//! The lines of a text.
+//! Lines of a text, with the line ends of all systems.
 
-/// Splits a text into lines that end in `\n`, `\r\n` or `\r`, as on Unix, Windows and old Macintoshes.
+/// Splits a text into lines, which end in `\n` (Unix), `\r\n` (Windows) or `\r` (old Macintoshes).
 pub(super) fn lines(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text;
     std::iter::from_fn(move || {

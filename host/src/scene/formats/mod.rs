@@ -1,10 +1,10 @@
-//! Scene files, recognised by their first bytes or their ending.
+//! Readers of scene files, whose format is recognised by the first bytes or the file name's ending.
 //!
 //! ```text
 //! bytes -> recognise -> obj, ply, stl, gltf -> Surface
 //! ```
-//! Readers take bytes, so they can be called without a file system; a function gives the bytes of other files
-//! that a scene needs, such as materials.
+//! Readers take bytes, so they work without a file system. The caller's function reads companion files, such as
+//! materials.
 
 pub mod gltf;
 mod lines;
@@ -20,10 +20,10 @@ use super::surface::{Origin, Surface};
 use super::{Model, SceneError};
 use recognise::Format;
 
-/// Reads a file that a scene file names, by its path.
+/// Function that reads a file named by a scene file.
 pub type Companions<'c> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'c;
 
-/// Loads a scene file, and logs its warnings and its origin.
+/// Loads a scene file. Logs its warnings and, if it was subtracted, its origin.
 ///
 /// # Errors
 /// [`SceneError::Unreadable`], and those of [`read`] and [`Surface::place`].
@@ -39,7 +39,7 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
     let [x, y, z] = import.model.origin;
     if origin != Origin::Unchanged {
         log::info!(
-            "{}: origin {x},{y},{z} subtracted; add it to positions that are shown to get those of the file",
+            "{}: origin {x},{y},{z} subtracted; add it to printed positions to get the file's coordinates",
             path.display()
         );
     }
@@ -49,7 +49,7 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
 /// Reads the bytes of a scene file of any known format.
 ///
 /// # Errors
-/// [`SceneError::Foreign`] for a file of another kind that is recognised, and those of the format's reader.
+/// [`SceneError::Foreign`] for a file recognised as another kind, and those of the format's reader.
 pub fn read(bytes: &[u8], name: &Path, companions: &Companions) -> Result<Surface, SceneError> {
     match recognise::format(bytes, name)? {
         Format::Obj => obj::read(bytes, name, companions),

@@ -1,10 +1,11 @@
-//! PLY files: text, and binary of either byte order, read by the crate `ply-rs-bw`.
+//! Reader of PLY files, by the crate `ply-rs-bw`: text, and binary of either byte order.
 //!
-//! Row by row, so that neither a claimed count nor a map for each row takes memory.
+//! The file is read row by row into types of this module. A claimed number of rows therefore reserves no memory, and no
+//! map of properties is allocated for a row.
 //!
 //! # Source
-//! G. Turk, *The PLY polygon file format*, 1994. Read are the elements `vertex` (`x`, `y`, `z`) and `face`
-//! (`vertex_indices` or `vertex_index`); colours, normals and strips are not.
+//! G. Turk, *The PLY polygon file format*, 1994. The elements `vertex` (`x`, `y`, `z`) and `face` (`vertex_indices` or
+//! `vertex_index`) are read; colours, normals and strips are ignored.
 
 use std::borrow::Cow;
 use std::io::BufRead;
@@ -26,7 +27,8 @@ use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
 pub fn read(bytes: &[u8], name: &Path) -> Result<Surface, SceneError> {
     let mut surface = Surface::new(name);
     let bytes = &*with_usual_lines(bytes);
-    // 1. The header. Decimals are read in f64, whatever is declared: the origin is subtracted first.
+    // 1. The header. Decimals that are declared as f32 are read as f64, because the origin is subtracted before
+    //    rounding.
     let mut reader = Reader::new(bytes);
     let header = Parser::<Skipped>::new().read_header(&mut reader);
     let mut header = header.map_err(|error| surface.malformed("header", one_line(&error)))?;
@@ -70,7 +72,7 @@ pub fn read(bytes: &[u8], name: &Path) -> Result<Surface, SceneError> {
         }
     }
 
-    // 3. What only the whole tells: faces may stand before vertices.
+    // 3. Checks of the whole file. Faces may precede the vertices, so corners are checked here.
     if surface.face_count() == 0 {
         return Err(SceneError::NoFaces {
             file: name.into(),
@@ -94,7 +96,7 @@ pub fn read(bytes: &[u8], name: &Path) -> Result<Surface, SceneError> {
     }
 }
 
-/// A text whose lines end as on old Macintoshes, with the ends that the parser knows.
+/// Replaces the line ends of old Macintoshes, which the parser does not know, in a text file.
 fn with_usual_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
     const LONGEST_HEADING: usize = 1000;
     let heading = &bytes[..bytes.len().min(LONGEST_HEADING)];
@@ -105,7 +107,7 @@ fn with_usual_lines(bytes: &[u8]) -> Cow<'_, [u8]> {
     if is_text { bytes.iter().map(turned).collect() } else { bytes.into() }
 }
 
-/// The rows of an element.
+/// Rows of an element.
 struct Rows<'r, 'b> {
     reader: &'r mut Reader<&'b [u8]>,
     header: &'r Header,
@@ -113,7 +115,7 @@ struct Rows<'r, 'b> {
 }
 
 impl Rows<'_, '_> {
-    /// Reads each row and hands it on, to be put into the surface or refused.
+    /// Reads each row and passes it to `take`, which adds it to the surface or refuses it.
     fn each<E: PropertyAccess>(
         &mut self,
         surface: &mut Surface,
@@ -121,7 +123,8 @@ impl Rows<'_, '_> {
     ) -> Result<(), SceneError> {
         let Self { reader, header, element } = self;
         let name = &element.name;
-        // Each row takes at least a byte, so a count that is too high ends with the file.
+        // A row of at least one byte ends a count that is too high at the end of the file. A row without properties
+        // would not.
         if element.properties.is_empty() && element.count > 0 {
             return Err(surface.malformed(format!("element `{name}`"), "it has no properties"));
         }
@@ -163,7 +166,7 @@ fn next_line(bytes: &mut &[u8], line: &mut String) -> std::io::Result<()> {
     }
 }
 
-/// The parser's messages go over several lines, with the whole input.
+/// Shortens a message of the parser to one line. Messages span several lines and quote the whole input.
 fn one_line(error: &dyn std::fmt::Display) -> String {
     const LONGEST: usize = 200;
     let text = error.to_string();
@@ -175,7 +178,7 @@ fn one_line(error: &dyn std::fmt::Display) -> String {
     words
 }
 
-/// Coordinates, as far as they are given.
+/// Coordinates of a vertex; `None` for a coordinate that the row lacks.
 struct VertexRow([Option<f64>; 3]);
 
 impl PropertyAccess for VertexRow {
@@ -205,7 +208,7 @@ impl PropertyAccess for VertexRow {
     }
 }
 
-/// Corners; none if there is no list, or one with a negative number.
+/// Corners of a face; `None` without a list, or if the list has a negative number.
 struct FaceRow(Option<Vec<u32>>);
 
 impl PropertyAccess for FaceRow {
@@ -225,7 +228,7 @@ impl PropertyAccess for FaceRow {
     }
 }
 
-/// A row of no interest.
+/// Row of an element that is ignored.
 struct Skipped;
 
 impl PropertyAccess for Skipped {
@@ -258,7 +261,7 @@ mod tests {
         let text = header("ascii", "float", 3) + ROWS;
         let expected = import(text.as_bytes()).unwrap();
         assert_eq!(expected.warnings, ["test.ply: 1 faces of one or two corners ignored"]);
-        // The dart, of area 6, and a triangle.
+        // The areas of the dart, which is 6, and of a triangle.
         let areas: Vec<f32> = expected
             .model
             .triangles
@@ -293,7 +296,7 @@ mod tests {
                 }
             }
             assert_eq!(import(&bytes).unwrap().model, expected.model, "{format}");
-            // Cut off anywhere, it is an error.
+            // A file cut off anywhere is an error.
             for end in 0..bytes.len() {
                 assert!(import(&bytes[..end]).is_err());
             }

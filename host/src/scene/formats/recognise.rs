@@ -1,4 +1,4 @@
-//! Recognition of a file's format.
+//! Recognition of scene files' formats.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::stl;
 use crate::scene::SceneError;
 use crate::signature::Signature;
 
-/// A format that is read.
+/// Format of scene files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     Gltf,
@@ -15,11 +15,14 @@ pub(super) enum Format {
     Stl,
 }
 
-/// Recognises a format: PLY and glTF by the first bytes or the ending; STL by the ending or, unless that is `.obj`, by
-/// the contents; OBJ is the rest.
+/// Recognises the format of a file:
+///
+/// - PLY and glTF by the first bytes or the ending of the name;
+/// - STL by the ending, or by the contents if the ending is not `.obj`;
+/// - OBJ for all other files.
 ///
 /// # Errors
-/// [`SceneError::Foreign`] for a file of another kind that is recognised.
+/// [`SceneError::Foreign`] for a file recognised as another kind.
 pub(super) fn format(bytes: &[u8], name: &Path) -> Result<Format, SceneError> {
     if let Some(signature) = Signature::of(bytes) {
         let cure = match signature {

@@ -1,8 +1,11 @@
-//! STL files, text and binary: triangles, each with its own three corners.
+//! Reader of STL files, text and binary: triangles, each with three vertices of its own.
 //!
-//! Read here rather than by a crate: the crates at hand (`stl_io` 0.11, `nom_stl` 4) round decimals to `f32` as
-//! they read, so that `--origin` comes too late; they refuse normals that are not finite, stop after the first
-//! solid, and take binary files whose heading begins with `solid` for text.
+//! The crates `stl_io` 0.11 and `nom_stl` 4 are not used, for four reasons:
+//!
+//! - They round decimals to `f32` while reading, before `--origin` is subtracted.
+//! - They refuse normals that are not finite.
+//! - They stop after the first solid.
+//! - They read binary files whose heading begins with `solid` as text.
 //!
 //! # Source
 //! 3D Systems, *Stereolithography Interface Specification*, 1988. Normals and attributes are not read.
@@ -13,19 +16,20 @@ use super::lines::lines;
 use crate::scene::SceneError;
 use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
 
-/// Bytes of the heading of a binary file, and of the number of triangles.
+/// Bytes before the first triangle of a binary file: a heading of 80 bytes, and the number of triangles.
 const HEADING: usize = 84;
 /// Bytes of a triangle: a normal, three corners, two bytes of attributes.
 const RECORD: usize = 50;
 
-/// Tells whether bytes are exactly as long as a binary file with the count that stands in them, above 0.
+/// Tells whether the bytes are a binary file: whether their length is exactly that of the claimed number of triangles,
+/// and the number is above 0.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     claimed(bytes).is_some_and(|count| {
         count > 0 && (HEADING as u64 + u64::from(count) * RECORD as u64) == bytes.len() as u64
     })
 }
 
-/// Tells whether bytes begin as a text file does.
+/// Tells whether the bytes begin as a text file does.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
     let mut words = bytes
         .split(u8::is_ascii_whitespace)
@@ -95,7 +99,7 @@ fn read_binary(bytes: &[u8], surface: &mut Surface) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Reads a text file. Keywords may be in any case, and a line may hold several.
+/// Reads a text file. Keywords are case-insensitive, and a line may hold several.
 fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
     let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
     let mut name = String::new();
@@ -127,10 +131,10 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
                         let count = corners.len();
                         return Err(wrong(
                             surface,
-                            &format_args!("a facet needs 3 vertices, here are {count}"),
+                            &format_args!("a facet needs 3 vertices, but has {count}"),
                         ));
                     };
-                    // The object begins with its first facet: a solid without facets is no object.
+                    // The object begins with its first facet, because a solid without facets is not an object.
                     if !is_begun {
                         let name = if name.is_empty() { "unnamed" } else { &name };
                         let object = surface.add_object(name);
@@ -140,10 +144,10 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
                     surface.add_triangle([a, b, c]);
                     corners.clear();
                 }
-                // The normal may be anything, and is not read.
+                // The normal is skipped, so it may have any value.
                 "facet" => words.by_ref().take(4).for_each(drop),
                 "outer" | "loop" | "endloop" => {}
-                _ => return Err(wrong(surface, &format_args!("`{word}` is no word of STL"))),
+                _ => return Err(wrong(surface, &format_args!("`{word}` is not a keyword of STL"))),
             }
         }
     }
@@ -185,7 +189,7 @@ mod tests {
         assert_eq!((model.objects.as_slice(), model.triangles[1].b.z), (&[0, 1][..], 1.0));
         let macintosh = import(TEXT.replace('\n', "\r").as_bytes()).unwrap().model;
         assert_eq!(macintosh, model);
-        // Also where the heading looks like text.
+        // The second heading looks like text.
         for heading in ["", "solid facet"] {
             let triangle = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
             let bytes = binary(heading, &[triangle; 2]);
@@ -212,14 +216,14 @@ mod tests {
             (TEXT.replace("1e0", "x").into(), "line 6: coordinate `x` is not a number"),
             (
                 TEXT.replace("vertex 1 0 0", "").into(),
-                "line 8: a facet needs 3 vertices, here are 2",
+                "line 8: a facet needs 3 vertices, but has 2",
             ),
             (
                 TEXT.replacen("endfacet", "", 1).into(),
-                "line 11: a facet needs 3 vertices, here are 6",
+                "line 11: a facet needs 3 vertices, but has 6",
             ),
             (TEXT.replace("ENDFACET", "").into(), "end of the file: a facet is not ended"),
-            (TEXT.replace("OUTER", "inner").into(), "line 11: `inner` is no word of STL"),
+            (TEXT.replace("OUTER", "inner").into(), "line 11: `inner` is not a keyword of STL"),
             (
                 b"soli".to_vec(),
                 "heading: it is neither text that begins with `solid` nor 84 bytes long",

@@ -1,13 +1,13 @@
-//! Tests of all formats alike.
+//! Tests that are the same for all formats.
 
 use super::*;
 
-/// Finds no file beside a scene file.
+/// Reads companion files as if there were none.
 pub(super) fn nothing_beside(_: &Path) -> io::Result<Vec<u8>> {
     Err(io::ErrorKind::NotFound.into())
 }
 
-/// Calls `read` with every beginning of a file, and with `count` copies of it in which up to three bytes are changed.
+/// Calls `read` with every prefix of a file, and with `count` copies in which one to three bytes are changed.
 pub(super) fn for_each_damaged(good: &[u8], count: usize, mut read: impl FnMut(&[u8])) {
     let mut state = 1_u64;
     let mut draw = |below: usize| {
@@ -21,8 +21,8 @@ pub(super) fn for_each_damaged(good: &[u8], count: usize, mut read: impl FnMut(&
     for _ in 0..count {
         let mut bytes = good.to_vec();
         for _ in 0..=draw(3) {
-            let place = draw(bytes.len());
-            bytes[place] = if draw(2) == 0 { b'0' + draw(10) as u8 } else { draw(256) as u8 };
+            let offset = draw(bytes.len());
+            bytes[offset] = if draw(2) == 0 { b'0' + draw(10) as u8 } else { draw(256) as u8 };
         }
         read(&bytes);
     }
@@ -33,7 +33,7 @@ fn place(bytes: &[u8], name: &str) -> Result<Model, SceneError> {
     surface.place(Origin::Unchanged).map(|import| import.model)
 }
 
-/// The same triangle in each format, and the name of its file.
+/// Makes files with the same triangle in each format, with their names.
 fn samples() -> Vec<(&'static str, Vec<u8>)> {
     let mut stl = vec![b' '; 80];
     stl.extend(1_u32.to_le_bytes());
@@ -104,7 +104,7 @@ fn other_files_are_named_with_the_cure() {
         assert_eq!(place(bytes, "a.obj").unwrap_err().to_string(), message);
     }
     let error = load(Path::new("no-such-file.obj"), Origin::Unchanged).unwrap_err();
-    // The cause is the source, and so printed once.
+    // The message leaves the cause to the source, so the cause is printed once.
     assert_eq!(error.to_string(), "cannot read no-such-file.obj");
     assert!(std::error::Error::source(&error).is_some());
 }

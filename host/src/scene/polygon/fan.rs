@@ -1,15 +1,15 @@
-//! A test whether the fan from the first corner covers a polygon.
+//! Test of the fan from a polygon's first corner.
 
 use super::{Point, turn};
 
-/// Tells whether every point of a counterclockwise polygon lies in exactly one triangle of the fan from
-/// its first corner, edges aside.
+/// Tells whether every point of a counter-clockwise polygon, except on edges, lies in exactly one triangle of the fan
+/// from the first corner.
 ///
-/// True if the other corners go round the first corner in one direction and less than once: every triangle of
-/// the fan turns left or has no area, and none reaches the direction in which the first triangle began.
+/// True if the directions from the first corner to the others turn left only, and by less than a full turn: every
+/// triangle of the fan is counter-clockwise or without area, and none reaches the direction of the first edge again.
 pub(super) fn covers(points: &[Point]) -> bool {
     let apex = points[0];
-    // The direction in which the fan begins.
+    // The fan begins in the direction from `apex` to `first`.
     let Some(&first) = points.iter().find(|&&point| point != apex) else { return true };
     let mut past_half = false;
     for pair in points[1..].windows(2) {
@@ -29,8 +29,8 @@ pub(super) fn covers(points: &[Point]) -> bool {
     true
 }
 
-/// Tells whether the apex lies between two points on a line through it. Both products are zero or
-/// negative then, so rounding cannot change the sign of their sum.
+/// Tells whether the apex lies between two points that are collinear with it. Both products are then zero or negative,
+/// so rounding cannot change the sign of their sum.
 fn are_opposite(apex: Point, a: Point, b: Point) -> bool {
     (a.x - apex.x) * (b.x - apex.x) + (a.y - apex.y) * (b.y - apex.y) < 0.0
 }

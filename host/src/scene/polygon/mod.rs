@@ -1,25 +1,26 @@
-//! Division of polygons into triangles.
+//! PolygonDivision of polygons into triangles.
 //!
 //! ```text
-//! 3---------2        the fan from corner 0 covers what lies outside the notch,
-//!  \  4    /         so corner 4 is joined to 2 first:
+//! 4---------3        The fan from corner 0 would cover the notch below corner 1 too,
+//!  \   1   /         so ears are cut off instead:
 //!   \ / \ /
-//!    0   1           ears: (2 3 4), then (4 0 1), ...
+//!    0   2           (4 0 1), (1 2 3), (1 3 4)
 //! ```
 //! # How it is done
-//! 1. The polygon is projected along the largest component of its own normal (Newell), so that it
-//!    runs counterclockwise.
-//! 2. Where the fan from the first corner covers it, the fan is taken: always for convex polygons, and
-//!    for others that are seen whole from that corner.
-//! 3. Else, if its direction goes round once (`turning`), ears are cut off, one corner after the other
-//!    (`ears`).
-//! 4. A polygon without such a division crosses itself: it is fanned, and the caller is told.
+//! 1. Projection: the polygon is projected along the largest component of its normal (Newell), such that it runs
+//!    counter-clockwise.
+//! 2. Fan: if the fan from the first corner covers the polygon exactly, the fan is the division. That is so for every
+//!    convex polygon, and for every polygon that is wholly visible from its first corner.
+//! 3. Ears: else, if the direction of the outline turns around once (`turning`), ears are cut off, one corner after the
+//!    other (`ears`).
+//! 4. Failure: a polygon without a division into ears crosses itself. The fan is returned, marked as
+//!    [`PolygonDivision::Crossing`].
 //!
 //! # Invariants
-//! `n` corners give `n - 2` triangles, whatever they are: triangles without area are kept. All turns are
-//! decided exactly (Shewchuk 1997, by the crate `robust`), on the coordinates that rays meet: rounded to
-//! `f32`. A polygon that is convex in the file but not after rounding would else have triangles that
-//! overlap.
+//! - `n` corners give `n - 2` triangles; triangles without area are kept.
+//! - Orientations are decided exactly (Shewchuk 1997, by the crate `robust`).
+//! - They are decided on coordinates rounded to `f32`, those that rays meet. A polygon may be convex in the file and
+//!   not convex after rounding; a fan of it would have overlapping triangles.
 //!
 //! # Source
 //! G. H. Meisters, *Polygons have ears*, American Mathematical Monthly 82, 1975. M. Newell's normal: I. E.
@@ -33,21 +34,22 @@ mod turning;
 use arboleda::Vec3;
 use robust::Coord;
 
+use crate::vector::Vector64;
 use ears::Ears;
 
-/// A corner in the plane of projection.
+/// Corner in the plane of projection.
 type Point = Coord<f64>;
 
 /// Result of a division.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Division {
-    /// The triangles cover the polygon, each part once.
+pub enum PolygonDivision {
+    /// The triangles cover each part of the polygon once.
     Covering,
     /// The polygon crosses itself, so the triangles are a fan from its first corner.
     Crossing,
 }
 
-/// Divides polygons; keeps its memory from one to the next.
+/// Divider of polygons, which reuses its memory from polygon to polygon.
 #[derive(Default)]
 pub struct Divider {
     points: Vec<Point>,
@@ -56,60 +58,60 @@ pub struct Divider {
 }
 
 impl Divider {
-    /// Divides a polygon of three or more corners, all finite. `triangles` names corners by their place.
+    /// Divides a polygon of three or more finite corners. Triangles are indices into `corners`, and have the polygon's
+    /// orientation.
     ///
-    /// Triangles turn as the polygon does. Takes time linear in the corners where the fan covers the
-    /// polygon, else about `n log n` to `n^1.5` for outlines of parts, and never more than `WORK` steps a
-    /// corner.
-    pub fn divide(&mut self, corners: &[Vec3]) -> (&[[usize; 3]], Division) {
+    /// Cost: linear in the corners if the fan covers the polygon; else about `n log n` to `n^1.5` for outlines of
+    /// mechanical parts; never more than `WORK` steps for each corner.
+    pub fn divide(&mut self, corners: &[Vec3]) -> (&[[usize; 3]], PolygonDivision) {
         self.triangles.clear();
-        let division = if corners.len() == 3 { Division::Covering } else { self.ears(corners) };
+        let division =
+            if corners.len() == 3 { PolygonDivision::Covering } else { self.ears(corners) };
         if self.triangles.is_empty() {
             self.triangles.extend((2..corners.len()).map(|corner| [0, corner - 1, corner]));
         }
         (&self.triangles, division)
     }
 
-    /// Fills `triangles`, or leaves them empty for a fan.
-    fn ears(&mut self, corners: &[Vec3]) -> Division {
+    /// Fills `triangles` with ears, or leaves it empty if the division is the fan.
+    fn ears(&mut self, corners: &[Vec3]) -> PolygonDivision {
         let Some(projection) = Projection::of(corners) else {
-            // No side is seen. Either nothing has an area, or one part makes up for the other.
+            // The areas sum to 0. Either all triangles are without area, or parts of opposite orientation cancel.
             let flat = (2..corners.len()).all(|corner| {
-                let [a, b, c] = [0, corner - 1, corner].map(|at| corners[at]);
-                cross(difference(b, a), difference(c, a)) == [0.0; 3]
+                let [a, b, c] = [0, corner - 1, corner].map(|at| Vector64::from(corners[at]));
+                (b - a).cross(c - a) == Vector64::ZERO
             });
-            return if flat { Division::Covering } else { Division::Crossing };
+            return if flat { PolygonDivision::Covering } else { PolygonDivision::Crossing };
         };
         self.points.clear();
         self.points.extend(corners.iter().map(|&corner| projection.apply(corner)));
         if fan::covers(&self.points) {
-            return Division::Covering;
+            return PolygonDivision::Covering;
         }
         let winds_once = turning::number(&self.points).is_none_or(|turns| turns == 1);
         if winds_once && self.ears.cut(&self.points, &mut self.triangles) {
-            return Division::Covering;
+            return PolygonDivision::Covering;
         }
         self.triangles.clear();
-        Division::Crossing
+        PolygonDivision::Crossing
     }
 }
 
-/// The two axes that stay, in the order in which the polygon runs counterclockwise.
+/// Projection to two axes, in the order in which the polygon runs counter-clockwise.
 struct Projection([usize; 2]);
 
 impl Projection {
-    /// None if the normal is zero.
+    /// Chooses the axes for a polygon; `None` if its normal is zero.
     fn of(corners: &[Vec3]) -> Option<Self> {
-        // Relative to the first corner, so that a small polygon far away keeps its digits.
-        let mut normal = [0.0; 3];
-        let mut before = [0.0; 3];
+        // Corners are taken relative to the first, so that a small polygon far from the origin keeps its digits.
+        let first = Vector64::from(corners[0]);
+        let (mut normal, mut before) = (Vector64::ZERO, Vector64::ZERO);
         for &corner in &corners[1..] {
-            let here = difference(corner, corners[0]);
-            for (sum, part) in normal.iter_mut().zip(cross(before, here)) {
-                *sum += part;
-            }
+            let here = Vector64::from(corner) - first;
+            normal = normal + before.cross(here);
             before = here;
         }
+        let normal = normal.to_array();
         let size = normal.map(f64::abs);
         let axis = if size[0] > size[1] && size[0] > size[2] {
             0
@@ -132,16 +134,7 @@ impl Projection {
     }
 }
 
-fn difference(a: Vec3, b: Vec3) -> [f64; 3] {
-    let (a, b) = (a.to_array(), b.to_array());
-    [0, 1, 2].map(|axis| f64::from(a[axis]) - f64::from(b[axis]))
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Twice the area of a triangle: its sign is exact, positive for counterclockwise.
+/// Computes twice the signed area of a triangle. The sign is exact, positive for counter-clockwise.
 fn turn(a: Point, b: Point, c: Point) -> f64 {
     robust::orient2d(a, b, c)
 }

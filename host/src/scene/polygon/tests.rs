@@ -1,15 +1,15 @@
-//! Areas, coverage and work of divisions.
+//! Tests of divisions: areas, coverage, work.
 
 use super::*;
 
 type Outline = Vec<[i32; 2]>;
 
-/// Area 10; the fan from its first corner has 19.
+/// Letter of area 10; the fan from its first corner has 19.
 const LETTER_U: [[i32; 2]; 8] = [[0, 0], [4, 0], [4, 4], [3, 4], [3, 1], [1, 1], [1, 4], [0, 4]];
-/// Area 6; the fan has 10 from two of its corners.
+/// Dart of area 6; the fan from two of its corners has 10.
 const DART: [[i32; 2]; 4] = [[0, 0], [4, 2], [0, 4], [1, 2]];
 
-/// Six planes: along each axis, and turned over. The outline's area is kept.
+/// Lists maps to six planes: across each axis, in both orientations. Each map keeps areas.
 fn lifts() -> [fn([i32; 2]) -> Vec3; 6] {
     [
         |[x, y]| Vec3::new(x as f32, y as f32, 1.0),
@@ -26,12 +26,12 @@ fn twice_area([a, b, c]: [[i32; 2]; 3]) -> i64 {
     (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 }
 
-/// Divides an outline, and checks that its triangles turn as it does and have its area in all.
+/// Divides an outline and checks that its triangles have its orientation and, together, its area.
 fn divide(outline: &[[i32; 2]], lift: fn([i32; 2]) -> Vec3) -> Vec<[usize; 3]> {
     let corners: Vec<Vec3> = outline.iter().map(|&corner| lift(corner)).collect();
     let mut divider = Divider::default();
     let (triangles, division) = divider.divide(&corners);
-    assert_eq!(division, Division::Covering, "{outline:?}");
+    assert_eq!(division, PolygonDivision::Covering, "{outline:?}");
     assert_eq!(triangles.len(), outline.len() - 2);
     let all: i64 =
         (2..outline.len()).map(|at| twice_area([outline[0], outline[at - 1], outline[at]])).sum();
@@ -50,11 +50,11 @@ fn is_crossing(outline: &[[i32; 2]]) -> bool {
     let mut divider = Divider::default();
     let (triangles, division) = divider.divide(&corners);
     let fan: Vec<_> = (2..outline.len()).map(|at| [0, at - 1, at]).collect();
-    assert!(division == Division::Covering || triangles == fan);
-    division == Division::Crossing
+    assert!(division == PolygonDivision::Covering || triangles == fan);
+    division == PolygonDivision::Crossing
 }
 
-/// Checks an outline begun at every corner, in every plane, and in both directions.
+/// Calls `check` with the outline begun at every corner, in every plane, and reversed.
 fn in_all_ways(outline: &[[i32; 2]], check: impl Fn(&[[i32; 2]], fn([i32; 2]) -> Vec3)) {
     for start in 0..outline.len() {
         let mut turned = outline.to_vec();
@@ -81,7 +81,7 @@ fn concave_polygons_have_their_area_from_every_corner() {
 
 #[test]
 fn convex_polygons_keep_their_fan() {
-    // With corners on its sides, and corners twice.
+    // The second polygon has corners on its sides; the third has corners twice.
     let outlines: [&[[i32; 2]]; 4] = [
         &[[0, 0], [2, 0], [2, 2], [0, 2]],
         &[[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]],
@@ -99,9 +99,9 @@ fn convex_polygons_keep_their_fan() {
 #[test]
 fn outlines_that_touch_themselves() {
     let outlines: [&[[i32; 2]]; 6] = [
-        // A square with a square hole, joined by an edge and back.
+        // A square with a square hole, joined by an edge there and back.
         &[[0, 0], [6, 0], [6, 6], [0, 6], [0, 0], [2, 2], [2, 4], [4, 4], [4, 2], [2, 2]],
-        // Two holes joined from one corner.
+        // Two holes joined to one corner.
         &[
             [0, 0],
             [9, 0],
@@ -118,7 +118,7 @@ fn outlines_that_touch_themselves() {
             [4, 2],
             [3, 1],
         ],
-        // Spikes out and in, corners three times, corners on a line.
+        // Spikes outwards and inwards, then corners three times, then corners on a line.
         &[[0, 0], [8, 0], [8, 4], [12, 4], [8, 4], [8, 8], [0, 8], [0, 4], [4, 4], [0, 4]],
         &[[0, 0], [4, 0], [4, 0], [4, 0], [4, 4], [2, 4], [2, 1], [2, 4], [0, 4], [0, 2]],
         &[[0, 0], [2, 0], [4, 0], [4, 4], [3, 4], [3, 2], [2, 2], [1, 2], [1, 4], [0, 4]],
@@ -135,19 +135,19 @@ fn outlines_that_cross_themselves_are_fanned() {
     let star = [0, 2, 4, 1, 3].map(|at| [[0, 9], [-9, 2], [-6, -8], [6, -8], [9, 2]][at]);
     let bow_tie = [[0, 0], [2, 2], [2, 0], [0, 2]];
     let uneven = [[0, 0], [4, 4], [4, 0], [0, 2]];
-    // Twice around its middle: ears alone would find nothing wrong.
+    // The coil winds twice around its middle and has ears, so only the turning number shows that it crosses itself.
     let coil = [[0, 0], [6, 0], [6, 6], [0, 6], [0, 1], [5, 1], [5, 5], [1, 5]];
     for outline in [&star[..], &bow_tie, &uneven, &coil] {
         in_all_ways(outline, |outline, _| assert!(is_crossing(outline), "{outline:?}"));
     }
-    // Without area there is nothing that could be wrong.
+    // Outlines without area are covered by triangles without area.
     assert!(!is_crossing(&[[0, 0], [3, 3], [1, 1], [2, 2]]));
     assert!(!is_crossing(&[[1, 1]; 5]));
 }
 
 #[test]
 fn triangles_cover_each_point_once() {
-    // Corners about a centre in order of angle, at distances that vary.
+    // Star-shaped polygons: corners in order of their angle, at random distances from the centre.
     for seed in 0..200_u64 {
         let mut state = seed;
         let mut draw = move || {
@@ -168,7 +168,7 @@ fn triangles_cover_each_point_once() {
     }
 }
 
-/// Teeth of a comb, upright.
+/// Makes a comb with upright teeth.
 fn comb(teeth: i32) -> Outline {
     let mut outline = vec![[0, -1]];
     for tooth in 0..teeth {
@@ -179,7 +179,7 @@ fn comb(teeth: i32) -> Outline {
     outline
 }
 
-/// A band rolled up around a point.
+/// Makes a band rolled up around a point.
 fn spiral(corners: i32) -> Outline {
     let at = |turn: f64, radius: f64| {
         let angle = turn * std::f64::consts::TAU;
@@ -222,8 +222,8 @@ fn knots_end() {
         (0..20_001).map(|at| [(at * 7_919) % 20_011, (at * at % 20_011 * 13) % 20_011]).collect();
     let corners: Vec<Vec3> = knot.iter().map(|&corner| lifts()[0](corner)).collect();
     let mut divider = Divider::default();
-    assert_eq!(divider.divide(&corners).1, Division::Crossing);
+    assert_eq!(divider.divide(&corners).1, PolygonDivision::Crossing);
     let work = divider.ears.work;
-    // One more round over all corners may end beyond the limit.
+    // The limit is checked after a round over all corners, which may exceed it.
     assert!(work < 2 * ears::WORK * 20_001, "{work}");
 }

@@ -1,14 +1,14 @@
-//! Turning number: how often the direction of an outline goes round.
+//! Turning number: the number of full turns of an outline's direction.
 //!
-//! It is 1 for every polygon that does not cross itself (Hopf's Umlaufsatz). A polygon that winds twice around
-//! a part of the plane may well have ears, but their triangles would overlap.
+//! The number is 1 for every polygon that does not cross itself (Hopf's Umlaufsatz). A polygon that winds twice around
+//! a part of the plane may have ears, but their triangles would overlap.
 
 use super::{Point, turn};
 
-/// Counts the turns of a counterclockwise outline. Returns `None` if the outline turns back upon itself
-/// somewhere, which is half a turn to either side.
+/// Counts the full turns of a counter-clockwise outline. Returns `None` if the outline turns back on itself at a
+/// corner, because half a turn has no side.
 pub(super) fn number(points: &[Point]) -> Option<i64> {
-    // 1. Corners without a neighbour beside them, round to the first two again.
+    // 1. Remove corners that coincide with the next one.
     let mut corners: Vec<Point> = points.to_vec();
     corners.dedup();
     while corners.len() > 1 && corners.first() == corners.last() {
@@ -16,7 +16,7 @@ pub(super) fn number(points: &[Point]) -> Option<i64> {
     }
     let count = corners.len();
     let corner = |at: usize| corners[at % count];
-    // 2. Each passage of the direction over that of the x axis, counterclockwise or back.
+    // 2. Count how often the direction crosses that of the x axis: plus 1 counter-clockwise, minus 1 clockwise.
     let mut turns = 0;
     for at in 0..count {
         let [a, b, c] = [corner(at), corner(at + 1), corner(at + 2)];
@@ -31,7 +31,7 @@ pub(super) fn number(points: &[Point]) -> Option<i64> {
     Some(turns)
 }
 
-/// Tells whether a direction is that of the x axis, or less than half a turn past it.
+/// Tells whether a direction's angle from the x axis is in `0..pi`.
 fn is_upper(from: Point, to: Point) -> bool {
     to.y > from.y || (to.y == from.y && to.x > from.x)
 }

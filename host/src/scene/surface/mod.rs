@@ -1,10 +1,10 @@
-//! Contents of a file before they become a model: polygons with coordinates in `f64`.
+//! Surface: the contents of a scene file before conversion to a model, polygons with coordinates in `f64`.
 //!
 //! ```text
-//! obj, ply, stl, gltf -> Surface -> minus the origin, rounded to f32 -> polygons divided -> Model
-//!                           \-> precision: how much the rounding loses
+//! obj, ply, stl, gltf -> Surface -> origin subtracted, rounded to f32 -> polygons divided -> Model
+//!                           \-> precision: loss by rounding
 //! ```
-//! Every format goes through here, so that all are treated and warned about alike.
+//! Every format becomes a surface, so all formats are converted and checked in the same way.
 
 mod origin;
 mod place;
@@ -16,34 +16,35 @@ use super::SceneError;
 pub use origin::{NotAnOrigin, Origin};
 pub use place::Import;
 
-/// The reflectance where no material says otherwise.
+/// Reflectance of surfaces without a material.
 pub const DEFAULT_REFLECTANCE: f32 = 0.5;
 
-/// The share of light that a diffuse colour reflects: the mean of its components, 0 to 1.
+/// Computes the reflectance of a diffuse colour: the mean of its components, clamped to `0..=1`.
 pub(super) fn mean([red, green, blue]: [f32; 3]) -> f32 {
     let sum = f64::from(red) + f64::from(green) + f64::from(blue);
     ((sum / 3.0) as f32).clamp(0.0, 1.0)
 }
 
-/// Polygons as a file has them.
+/// Polygons of a scene file.
 ///
 /// # Invariants
-/// `arities` and `parts` divide `corners` and the faces in their order; each face has at least three
-/// corners; corners are indices into `positions`.
+/// - `arities` divide `corners` into faces, in order; each face has at least three corners.
+/// - `parts` divide the faces, in order.
+/// - `corners` are indices into `positions`.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// The path, for messages and the model's name.
+    /// Path of the file, for messages and the model's name.
     file: PathBuf,
     positions: Vec<[f64; 3]>,
     corners: Vec<u32>,
-    /// The number of corners of each face.
+    /// Number of corners of each face.
     arities: Vec<u32>,
     parts: Vec<Part>,
     object_names: Vec<String>,
     warnings: Vec<String>,
 }
 
-/// Faces in a row that are of one object and one material.
+/// Consecutive faces of one object and one material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     first_face: usize,
@@ -52,7 +53,7 @@ struct Part {
 }
 
 impl Surface {
-    /// A surface without faces. The file stands in messages; its last part names the model.
+    /// Creates a surface without faces. Messages name the file; the last part of its path names the model.
     pub(super) fn new(file: impl Into<PathBuf>) -> Self {
         Self {
             file: file.into(),
@@ -77,19 +78,18 @@ impl Surface {
         self.positions.push(position);
     }
 
-    /// Names an object, for [`Self::begin_part`].
+    /// Adds an object and returns its number, for [`Self::begin_part`].
     pub(super) fn add_object(&mut self, name: impl Into<String>) -> u32 {
         self.object_names.push(name.into());
         self.object_names.len() as u32 - 1
     }
 
-    /// Begins a part: the faces that follow have this object and reflectance.
+    /// Begins a part: faces added from now on have this object and reflectance.
     pub(super) fn begin_part(&mut self, object: u32, reflectance: f32) {
         self.parts.push(Part { first_face: self.arities.len(), object, reflectance });
     }
 
-    /// Adds a face. The caller has checked that it has three corners or more and that all exist, or will
-    /// exist when the surface is placed.
+    /// Adds a face. The caller guarantees three corners or more, and that all corners exist when the surface is placed.
     pub(super) fn add_face(&mut self, corners: impl IntoIterator<Item = u32>) {
         let before = self.corners.len();
         self.corners.extend(corners);
@@ -97,7 +97,7 @@ impl Surface {
         self.arities.push((self.corners.len() - before) as u32);
     }
 
-    /// Finds the first corner that does not exist, and its face.
+    /// Finds the first corner that names no vertex; returns the number of its face, and the corner.
     pub(super) fn missing_corner(&self) -> Option<(usize, u32)> {
         let count = self.positions.len();
         self.faces().enumerate().find_map(|(face, corners)| {
@@ -105,14 +105,14 @@ impl Surface {
         })
     }
 
-    /// Adds a face of three corners that no other face shares.
+    /// Adds a face with three vertices of its own.
     pub(super) fn add_triangle(&mut self, corners: [[f64; 3]; 3]) {
         let first = self.positions.len() as u32;
         self.positions.extend(corners);
         self.add_face(first..first + 3);
     }
 
-    /// Makes an error about a place in the file.
+    /// Makes an error about a part of the file.
     pub(super) fn malformed(
         &self,
         place: impl Into<String>,
@@ -125,18 +125,18 @@ impl Surface {
         }
     }
 
-    /// Adds a warning: a line about contents of the file that are lost.
+    /// Adds a warning: one line about contents of the file that are lost.
     pub(super) fn warn(&mut self, text: impl std::fmt::Display) {
         self.warnings.push(format!("{}: {text}", self.file.display()));
     }
 
-    /// The positions of all vertices, as the file has them; some may not be finite.
+    /// Returns the positions of all vertices in the file's coordinates. Some may not be finite.
     pub fn vertices(&self) -> &[[f64; 3]] {
         &self.positions
     }
 
-    /// The faces in the order of the file: for each corner its place in [`vertices`](Self::vertices), which
-    /// are three or more.
+    /// Iterates over the faces in the order of the file. A face is three or more indices into
+    /// [`vertices`](Self::vertices).
     pub fn faces(&self) -> impl Iterator<Item = &[u32]> {
         let mut rest = self.corners.as_slice();
         self.arities.iter().map(move |&arity| {

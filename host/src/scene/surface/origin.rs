@@ -1,23 +1,23 @@
-//! The point that becomes (0, 0, 0).
+//! Origin: the point of a file that becomes (0, 0, 0).
 
 use std::fmt;
 use std::str::FromStr;
 
 use thiserror::Error;
 
-/// The point that is subtracted from all coordinates, in `f64`, before they are rounded to `f32`.
+/// Point that is subtracted from all coordinates, in `f64`, before they are rounded to `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Origin {
-    /// Nothing: coordinates stay as they are.
+    /// The file's own origin: nothing is subtracted.
     #[default]
     Unchanged,
-    /// A point.
+    /// The given point.
     At([f64; 3]),
-    /// The middle of the scene's box, rounded to few digits.
+    /// The centre of the scene's bounding box, rounded to few digits.
     Automatic,
 }
 
-/// Error of a text that is no origin.
+/// Error of a text that is not an origin.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("`{0}` is not an origin; give three finite numbers, as in 500000,4649776,0, or auto")]
 pub struct NotAnOrigin(String);
@@ -41,7 +41,7 @@ impl FromStr for Origin {
 }
 
 impl Origin {
-    /// Finds the point for the given vertices; those that are not finite do not count.
+    /// Computes the point for the given vertices. Vertices that are not finite are ignored.
     pub(super) fn point<'p>(self, positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
         match self {
             Self::Unchanged => [0.0; 3],
@@ -51,8 +51,8 @@ impl Origin {
     }
 }
 
-/// Finds the middle of the box around all points whose coordinates `f32` can hold, rounded to a tenth of the box's
-/// longest side or less, so that the middle is short to write.
+/// Computes the centre of the bounding box of all points within the range of `f32`. The centre is rounded to a power of
+/// ten of at most a tenth of the box's longest side, so that it is short to write.
 fn middle<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let most = f64::from(f32::MAX);
@@ -66,7 +66,7 @@ fn middle<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
         return [0.0; 3];
     }
     let longest = (0..3).map(|axis| hi[axis] - lo[axis]).fold(0.0, f64::max);
-    // Dividing by a power of ten, exact up to 10^22, gives the f64 nearest to a short decimal.
+    // Powers of ten up to 10^22 are exact, so the quotient is the f64 nearest to a short decimal.
     let digits =
         if longest > 0.0 { (1.0 - longest.log10().floor()).clamp(-22.0, 22.0) } else { 3.0 };
     [0, 1, 2].map(|axis| {
@@ -81,7 +81,7 @@ fn middle<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
     })
 }
 
-/// A point as it is given on command lines.
+/// Point in the notation of the command line.
 pub(super) struct Written(pub [f64; 3]);
 
 impl fmt::Display for Written {
@@ -113,7 +113,7 @@ mod tests {
         assert_eq!(origin, [500_005.0, 4_649_778.0, -1.0]);
         assert_eq!(Written(origin).to_string(), "500005,4649778,-1");
         assert_eq!(Origin::Automatic.point([].iter()), [0.0; 3]);
-        // One point, and a tiny scene far away.
+        // A single point, then a tiny scene far from the origin.
         assert_eq!(Origin::Automatic.point([[7.25, 0.0, 1e9]].iter()), [7.25, 0.0, 1e9]);
         let tiny = [[1.0, 0.0, 0.0], [1.000_001, 0.0, 0.0]];
         assert!((Origin::Automatic.point(tiny.iter())[0] - 1.000_000_5).abs() < 2e-7);

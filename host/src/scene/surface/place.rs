@@ -4,25 +4,24 @@ use arboleda::{Triangle, Vec3};
 
 use super::origin::{Origin, Written};
 use super::{Surface, precision};
-use crate::scene::polygon::{Divider, Division};
+use crate::scene::polygon::{Divider, PolygonDivision};
 use crate::scene::{Model, SceneError};
 
-/// A model, and warnings about contents of its file that are not in the model.
+/// Model of a scene file, with warnings about contents that the model lacks.
 #[derive(Clone, Debug)]
 pub struct Import {
-    /// The model; without lights.
+    /// Model without lights.
     pub model: Model,
-    /// One line each: elements ignored, faces left out, material files not found, coordinates that lose
-    /// digits.
+    /// Warnings, one line each: ignored elements, omitted faces, missing material files, coordinates that lose digits.
     pub warnings: Vec<String>,
 }
 
 impl Surface {
-    /// Subtracts the origin in `f64`, rounds to `f32`, and divides the polygons, in the order of the
-    /// faces. A face with a vertex that is not finite is left out.
+    /// Converts the surface to a model: subtracts the origin in `f64`, rounds to `f32`, and divides the polygons in the
+    /// order of the faces. Faces with a vertex that is not finite are omitted.
     ///
     /// # Errors
-    /// [`SceneError::NoFiniteFaces`] if no face is left.
+    /// [`SceneError::NoFiniteFaces`] if all faces are omitted.
     pub fn place(mut self, origin: Origin) -> Result<Import, SceneError> {
         let title = self.file.file_stem().unwrap_or(self.file.as_os_str()).to_string_lossy();
         let mut model = Model::named(title);
@@ -37,7 +36,7 @@ impl Surface {
             .map(|position| round([0, 1, 2].map(|axis| position[axis] - model.origin[axis])))
             .collect();
 
-        // 2. Faces, part by part.
+        // 2. Faces, in order, with the object and reflectance of their part.
         let (mut not_finite, mut crossing) = (0, 0);
         let mut first_not_finite = None;
         let mut divider = Divider::default();
@@ -57,7 +56,7 @@ impl Surface {
                 continue;
             }
             let (triangles, division) = divider.divide(&corners);
-            crossing += usize::from(division == Division::Crossing);
+            crossing += usize::from(division == PolygonDivision::Crossing);
             for ids in triangles {
                 let [a, b, c] = ids.map(|id| corners[id]);
                 model.triangles.push(Triangle::new(a, b, c));
@@ -73,14 +72,14 @@ impl Surface {
             }
             let first = Written(vertex);
             self.warn(format_args!(
-                "{not_finite} faces left out, because a vertex of theirs is not finite as a 32-bit number; \
+                "{not_finite} faces omitted because they have a vertex that is not finite as a 32-bit number; \
                  the first is face {}, with vertex {first}",
                 face + 1
             ));
         }
         if crossing > 0 {
             self.warn(format_args!(
-                "{crossing} polygons cross themselves; each is divided into a fan from its first corner"
+                "{crossing} polygons cross themselves; each was divided into a fan from its first corner"
             ));
         }
         if let Some(warning) = precision::warning(&self, model.origin) {
@@ -90,7 +89,7 @@ impl Surface {
     }
 }
 
-/// Rounds to the nearest `f32`; a coordinate beyond the largest `f32` becomes infinite.
+/// Rounds each coordinate to the nearest `f32`. Coordinates beyond the largest `f32` become infinite.
 fn round(point: [f64; 3]) -> Vec3 {
     Vec3::from_array(point.map(|x| x as f32))
 }

@@ -1,28 +1,30 @@
 //! Loss of precision when a file's coordinates are rounded to `f32`.
 //!
-//! An `f32` has 24 bits: near 4,649,776.1 neighbours are half a unit apart, and a wall of 10 cm is either
-//! gone or five times as thick. The loss is compared with the edges, so a model in millimetres and one in
-//! light years are judged alike.
+//! An `f32` has 24 bits. Near 4,649,776.1, neighbouring values are half a unit apart, so a wall of 10 cm either
+//! vanishes or becomes five times as thick. The loss is measured relative to the median edge, so the unit of the file
+//! does not matter.
 
 use super::Surface;
 use super::origin::{Origin, Written};
 
-/// Losses up to this share of the median edge pass without a word: far below what the eye sees and what
-/// surveys measure, and far above what decimals lose in files of usual extent (a part in ten million).
+/// Largest loss without a warning, as a share of the median edge. It is far below what the eye sees and what surveys
+/// measure, and far above the loss of decimals in files of usual extent, one part in ten million.
 const TOLERATED_SHARE: f64 = 1e-4;
 
-/// Distances by which rounding moves the vertices that faces use.
+/// Displacement of the vertices of faces by rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Loss {
-    /// Vertices of which a coordinate moves farther than is tolerated.
+    /// Vertices with a coordinate that moves farther than is tolerated.
     moved: usize,
+    /// Finite vertices.
     vertices: usize,
+    /// Largest displacement of a coordinate.
     farthest: f64,
 }
 
-/// Describes the loss by rounding, and the cure; `None` if the loss is tolerated.
+/// Writes a warning that describes the loss by rounding and the remedy; `None` if the loss is tolerated.
 pub(super) fn warning(surface: &Surface, origin: [f64; 3]) -> Option<String> {
-    // 1. Most files lose next to nothing, and need no median.
+    // 1. The loss. Files whose coordinates are exact in f32 return before the median is computed.
     let used = used_vertices(surface);
     if loss(surface, &used, origin, 0.0).farthest == 0.0 {
         return None;
@@ -33,7 +35,7 @@ pub(super) fn warning(surface: &Surface, origin: [f64; 3]) -> Option<String> {
     if now.moved == 0 {
         return None;
     }
-    // 2. The loss that would be left with the automatic origin.
+    // 2. The loss that remains with the automatic origin.
     let better = Origin::Automatic.point(of(surface, &used));
     let cured = loss(surface, &used, better, tolerated);
     let cure = if cured.moved == 0 {
@@ -78,7 +80,7 @@ fn loss(surface: &Surface, used: &[bool], origin: [f64; 3], tolerated: f64) -> L
             let exact = position[axis] - origin[axis];
             farthest = farthest.max((exact - f64::from(exact as f32)).abs());
         }
-        // `Surface::place` warns of vertices that are not finite.
+        // Vertices that are not finite are left to `Surface::place`, which warns of them.
         if farthest.is_finite() {
             loss.vertices += 1;
             loss.moved += usize::from(farthest > tolerated);
@@ -88,9 +90,9 @@ fn loss(surface: &Surface, used: &[bool], origin: [f64; 3], tolerated: f64) -> L
     loss
 }
 
-/// The median length of the edges that have one.
+/// Computes the median length of the edges of positive, finite length.
 fn median_edge(surface: &Surface) -> Option<f64> {
-    // As f32: the length needs no more digits, and there are millions.
+    // Stored as f32, because there are millions of lengths and the median needs few digits.
     let mut lengths: Vec<f32> = Vec::with_capacity(surface.corners.len());
     for face in surface.faces() {
         let mut before = surface.positions[face[face.len() - 1] as usize];

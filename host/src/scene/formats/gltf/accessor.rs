@@ -1,4 +1,4 @@
-//! Numbers in buffers, checked before they are read.
+//! Accessors: numbers in buffers, whose bounds are checked before they are read.
 
 use gltf::Accessor;
 use gltf::accessor::{DataType, Dimensions, Item, Iter};
@@ -38,7 +38,7 @@ fn read<T: Item>(accessor: Accessor<'_>, buffers: &Buffers<'_>) -> Result<Vec<T>
     if accessor.count() == 0 {
         return Ok(Vec::new());
     }
-    // All that is read is claimed first, so a count is never larger than the file.
+    // The ranges of all numbers are checked first, so a count is never larger than the file.
     let view = accessor.view().ok_or_else(|| {
         format!(
             "accessor {number} has no buffer view; compressed meshes (Draco, meshopt) are not read"
@@ -63,7 +63,7 @@ fn read<T: Item>(accessor: Accessor<'_>, buffers: &Buffers<'_>) -> Result<Vec<T>
         .ok_or_else(|| format!("accessor {number} reaches beyond its buffer"))
 }
 
-/// None if `count` elements of `size` bytes do not lie in the view, or the view not in its buffer.
+/// Checks that `count` elements of `size` bytes lie in the view and the view in its buffer; `None` if they do not.
 fn check(
     view: &View<'_>,
     offset: usize,

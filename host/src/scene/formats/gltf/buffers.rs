@@ -1,4 +1,4 @@
-//! The bytes that a document refers to: in the file, in a `data:` address, or in files beside it.
+//! Buffers of a document: in the file, in a `data:` address, or in files beside it.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -11,17 +11,17 @@ use percent_encoding::percent_decode_str;
 
 use crate::scene::formats::Companions;
 
-/// Decoder of base64 with or without padding, which some writers leave out.
+/// Decoder of base64 with or without padding. Some writers omit the padding.
 const BASE_64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// The buffers of a document, each as long as it says.
+/// Bytes of a document's buffers, each at least as long as the document says.
 pub(super) struct Buffers<'b>(Vec<Cow<'b, [u8]>>);
 
-/// A place in the file, and the problem there.
-type BufferProblem = (String, String);
+/// Part of the document, and its problem.
+type BadPart = (String, String);
 
 impl<'b> Buffers<'b> {
     /// Loads all buffers. `blob` is the binary part of a `.glb`.
@@ -30,7 +30,7 @@ impl<'b> Buffers<'b> {
         blob: &'b mut Option<Vec<u8>>,
         file: &Path,
         companions: &Companions,
-    ) -> Result<Self, BufferProblem> {
+    ) -> Result<Self, BadPart> {
         let blob = blob.as_deref();
         let load = |buffer: Buffer<'_>| {
             let bytes = match buffer.source() {
@@ -43,14 +43,14 @@ impl<'b> Buffers<'b> {
                         return Ok(bytes);
                     }
                     let (needed, found) = (buffer.length(), bytes.len());
-                    Err(format!("it is cut off: {needed} bytes are needed, here are {found}"))
+                    Err(format!("it is cut off: it needs {needed} bytes, but has {found}"))
                 })
                 .map_err(|problem| (format!("buffer {}", buffer.index()), problem))
         };
         document.buffers().map(load).collect::<Result<_, _>>().map(Self)
     }
 
-    /// The bytes of a buffer.
+    /// Returns the bytes of a buffer.
     pub fn get(&self, buffer: &Buffer<'_>) -> Option<&[u8]> {
         self.0.get(buffer.index()).map(AsRef::as_ref)
     }

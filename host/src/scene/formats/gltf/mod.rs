@@ -1,15 +1,15 @@
-//! glTF 2.0, as `.gltf` with its buffers beside it or in it, and as `.glb`; read by the crate `gltf`.
+//! Reader of glTF 2.0 files, by the crate `gltf`: `.gltf` with its buffers beside it or embedded, and `.glb`.
 //!
 //! ```text
 //! nodes of the scene -> their transforms multiplied in f64 -> primitives of their meshes -> Surface
 //!                                                    accessors, checked first ---/
 //! ```
-//! The crate trusts counts and offsets once the JSON is valid, so accessors are checked here before the crate
-//! reads them. Buffers are resolved here, so that a function can give the bytes of files beside the document.
+//! The crate does not check counts and offsets of accessors, so this module checks them before the crate reads them.
+//! Buffers are resolved here, so that the caller's function reads the files beside the document.
 //!
 //! # Source
-//! Khronos Group, *glTF 2.0 Specification*. Not read: textures, skins, morph targets, animations, cameras,
-//! punctual lights; compressed and quantised meshes are refused by name.
+//! Khronos Group, *glTF 2.0 Specification*. Textures, skins, morph targets, animations, cameras and punctual lights are
+//! ignored. Compressed and quantised meshes are refused by name.
 
 mod accessor;
 mod buffers;
@@ -26,7 +26,7 @@ use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface, mean};
 use buffers::Buffers;
 use transform::Matrix;
 
-/// Reads the bytes of a glTF file. Each node with a mesh is an object, with the name of the node or of the mesh.
+/// Reads the bytes of a glTF file. Each node with a mesh is an object, named after the node or else the mesh.
 ///
 /// # Errors
 /// [`SceneError::Malformed`], [`SceneError::NoFaces`].
@@ -36,12 +36,12 @@ pub fn read(
     companions: &Companions,
 ) -> Result<Surface, SceneError> {
     let mut surface = Surface::new(name);
-    // 1. The document, and the bytes it refers to.
+    // 1. The document and its buffers.
     let Gltf { document, mut blob } = parse(bytes, &surface)?;
     let buffers = Buffers::load(&document, &mut blob, name, companions)
         .map_err(|(place, problem)| surface.malformed(place, problem))?;
 
-    // 2. Nodes, each once, from the roots down.
+    // 2. The nodes, depth first from the roots. The format allows each node one parent.
     let mut left_out = LeftOut::default();
     let mut seen = vec![false; document.nodes().len()];
     let mut waiting: Vec<(Node<'_>, Matrix)> = roots(&document);
@@ -52,20 +52,20 @@ pub fn read(
                 "it is the child of two nodes, or below itself",
             ));
         }
-        let place = parent.times(&Matrix::of(&node.transform()));
+        let transform = parent.times(&Matrix::of(&node.transform()));
         if let Some(mesh) = node.mesh() {
             left_out.skins += usize::from(node.skin().is_some());
             let unnamed = format!("node {}", node.index());
             let called = node.name().or(mesh.name()).unwrap_or(&unnamed);
-            add_mesh(&mut surface, &mesh, called, &place, &buffers, &mut left_out)?;
+            add_mesh(&mut surface, &mesh, called, &transform, &buffers, &mut left_out)?;
         }
-        // The last in is the first out: children in their order.
+        // The stack returns the last child first, so children are pushed in reverse.
         let first_child = waiting.len();
-        waiting.extend(node.children().map(|child| (child, place)));
+        waiting.extend(node.children().map(|child| (child, transform)));
         waiting[first_child..].reverse();
     }
 
-    // 3. Warnings of parts of the document that are not in the surface.
+    // 3. Warnings about parts of the document that the surface lacks.
     if surface.face_count() == 0 {
         return Err(SceneError::NoFaces {
             file: name.into(),
@@ -76,8 +76,8 @@ pub fn read(
     }
     for (count, what) in [
         (left_out.points_and_lines, "primitives of points and lines ignored"),
-        (left_out.skins, "meshes with skins are in the pose they were made in"),
-        (left_out.morphs, "primitives with morph targets are in their basic shape"),
+        (left_out.skins, "meshes with skins are read in their bind pose"),
+        (left_out.morphs, "primitives with morph targets are read in their basic shape"),
     ] {
         if count > 0 {
             surface.warn(format_args!("{count} {what}"));
@@ -86,7 +86,7 @@ pub fn read(
     Ok(surface)
 }
 
-/// Counts of parts of a document that are not read.
+/// Counts of parts of a document that are ignored.
 #[derive(Default)]
 struct LeftOut {
     points_and_lines: usize,
@@ -95,7 +95,7 @@ struct LeftOut {
 }
 
 fn parse(bytes: &[u8], surface: &Surface) -> Result<Gltf, SceneError> {
-    // The crate subtracts the size of the heading from the length that stands in the heading.
+    // The crate subtracts the heading's size from the length in the heading, which would underflow.
     const HEADING: u32 = 12;
     let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     if bytes.starts_with(b"glTF") && length.is_none_or(|length| length < HEADING) {
@@ -108,13 +108,14 @@ fn parse(bytes: &[u8], surface: &Surface) -> Result<Gltf, SceneError> {
     Ok(gltf)
 }
 
-/// Extensions that change how surfaces look, not where they are.
+/// Prefixes of extensions that affect appearance only, not geometry.
 const OF_LOOKS: [&str; 6] =
     ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "KHR_xmp"];
 
-/// Checks what the crate relies on: every index of the document names something that exists.
+/// Checks that every index of the document names an existing element, on which the crate relies.
 fn validate(root: &Root) -> Result<(), (String, String)> {
-    // The crate's own validation reads the accessor of positions before it checks that there is one.
+    // The crate's validation reads the accessor of positions before it checks that it exists, so it is checked here
+    // first.
     let position = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
     for (mesh, primitive) in (0..)
         .zip(&root.meshes)
@@ -142,7 +143,8 @@ fn validate(root: &Root) -> Result<(), (String, String)> {
     let mut first = None;
     root.validate(root, Path::new, &mut |place, kind| {
         let place = place().to_string();
-        // Bounds of accessors are not needed; `OF_LOOKS` and `accessor` check extensions and buffer views.
+        // Tolerated: missing bounds of accessors, which are not used; missing buffer views, which `accessor` checks;
+        // and unsupported extensions, which were checked above.
         let bearable = match kind {
             Problem::Missing => {
                 [".min", ".max", ".bufferView"].iter().any(|end| place.ends_with(end))
@@ -157,7 +159,8 @@ fn validate(root: &Root) -> Result<(), (String, String)> {
     first.map_or(Ok(()), |(place, kind)| Err((format!("JSON, {place}"), kind)))
 }
 
-/// Lists the root nodes of the default scene, else of the first scene; without scenes, all nodes that are no child.
+/// Lists the root nodes of the default scene, else of the first scene. Without scenes, lists all nodes without a
+/// parent.
 fn roots(document: &Document) -> Vec<(Node<'_>, Matrix)> {
     let scene = document.default_scene().or(document.scenes().next());
     let mut roots: Vec<Node<'_>> = if let Some(scene) = scene {
@@ -177,11 +180,11 @@ fn add_mesh(
     surface: &mut Surface,
     mesh: &Mesh<'_>,
     name: &str,
-    place: &Matrix,
+    transform: &Matrix,
     buffers: &Buffers<'_>,
     left_out: &mut LeftOut,
 ) -> Result<(), SceneError> {
-    // Named at the first primitive with faces.
+    // The object is added at the first primitive with faces.
     let mut object = None;
     for primitive in mesh.primitives() {
         if !matches!(primitive.mode(), Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
@@ -191,7 +194,7 @@ fn add_mesh(
         left_out.morphs += usize::from(primitive.morph_targets().next().is_some());
         let object = *object.get_or_insert_with(|| surface.add_object(name));
         surface.begin_part(object, reflectance(&primitive));
-        add_primitive(surface, &primitive, place, buffers).map_err(|problem| {
+        add_primitive(surface, &primitive, transform, buffers).map_err(|problem| {
             let place = format!("mesh {}, primitive {}", mesh.index(), primitive.index());
             surface.malformed(place, problem)
         })?;
@@ -202,14 +205,14 @@ fn add_mesh(
 fn add_primitive(
     surface: &mut Surface,
     primitive: &Primitive<'_>,
-    place: &Matrix,
+    transform: &Matrix,
     buffers: &Buffers<'_>,
 ) -> Result<(), String> {
     let positions = primitive.get(&gltf::Semantic::Positions).ok_or("it has no positions")?;
     let first = u32::try_from(surface.vertex_count()).map_err(|_| "too many vertices")?;
     let positions = accessor::positions(positions, buffers)?;
     for position in positions {
-        surface.add_vertex(place.apply(position.map(f64::from)));
+        surface.add_vertex(transform.apply(position.map(f64::from)));
     }
     let last = u32::try_from(surface.vertex_count()).map_err(|_| "too many vertices")?;
     let count = last - first;
@@ -238,7 +241,7 @@ fn add_primitive(
     Ok(())
 }
 
-/// Takes the mean of the base colour as reflectance; the default with a texture, which may hold any colour.
+/// Computes the reflectance: the mean of the base colour. With a texture, which may have any colour, it is the default.
 fn reflectance(primitive: &Primitive<'_>) -> f32 {
     let material = primitive.material();
     let surface = material.pbr_metallic_roughness();

@@ -1,4 +1,4 @@
-//! Documents made here, with buffers in them, beside them, and in binary files.
+//! Tests of documents with embedded buffers, with buffers beside them, and in binary files.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ fn refusal(text: &str) -> String {
     error.strip_prefix("test.gltf, ").unwrap_or(&error).to_owned()
 }
 
-/// Four positions (48 bytes) and six indices of 16 bits (12 bytes): a square as two triangles.
+/// Makes the buffer of a square of two triangles: four positions (48 bytes) and six 16-bit indices (12 bytes).
 fn buffer() -> Vec<u8> {
     let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let mut bytes: Vec<u8> = positions.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
@@ -23,7 +23,7 @@ fn buffer() -> Vec<u8> {
     bytes
 }
 
-/// A node turned by 90 degrees about z inside one moved by 10 along x.
+/// Makes a document with a node turned by 90 degrees about z, inside a node moved by 10 along x.
 fn document(source: &str) -> String {
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[1,2]}}],
@@ -65,7 +65,7 @@ fn check(model: &Model) {
     assert_eq!(model.objects, [0, 0, 1, 1]);
     assert_eq!(model.reflectance, [0.6; 4]);
     let near = |a: arboleda::Vec3, b: [f32; 3]| (a - arboleda::Vec3::from_array(b)).length() < 1e-6;
-    // (1, 1, 0) doubled, turned, moved; and its copy lifted by 5.
+    // The corner (1, 1, 0) doubled, turned and moved; then its copy lifted by 5.
     assert!(near(model.triangles[0].c, [8.0, 2.0, 0.0]), "{:?}", model.triangles[0]);
     assert!(near(model.triangles[2].c, [1.0, 1.0, 5.0]));
 }
@@ -101,14 +101,14 @@ fn strips_and_fans() {
             [triangle.a, triangle.b, triangle.c].map(|at| (at.x + 2.0 * at.y) as u32)
         })
     };
-    // The corners 0, 1, 2, 3 as x + 2 y.
+    // Corners are identified by x + 2 y, which is 0, 1, 3, 2 for the corners 0 to 3.
     assert_eq!(triangles(5), [[0, 1, 3], [3, 1, 2]]);
     assert_eq!(triangles(6), [[0, 1, 3], [0, 3, 2]]);
 }
 
 #[test]
 fn transforms_are_applied_in_64_bits() {
-    // A city far away: the node moves the square by what 32 bits hold, and the origin takes it off again.
+    // A city far from the origin: the node's translation fits 32 bits, and `--origin` subtracts it again.
     let text =
         embedded().replace("[10,0,0]", "[4649776,500000,0]").replace("[2,2,2]", "[0.1,0.1,0.1]");
     let surface = read(text.as_bytes(), Path::new("a.gltf"), &nothing_beside).unwrap();
@@ -145,7 +145,7 @@ fn what_is_not_read_is_named() {
         (
             r#""byteLength":60"#,
             r#""byteLength":99"#,
-            "buffer 0: it is cut off: 99 bytes are needed, here are 60",
+            "buffer 0: it is cut off: it needs 99 bytes, but has 60",
         ),
         (
             r#""byteLength":12}"#,

@@ -1,8 +1,8 @@
-//! Transforms of nodes, in `f64`.
+//! Transforms of nodes, computed in `f64`.
 
 use gltf::scene::Transform;
 
-/// A matrix of four columns, of which the last is the translation.
+/// Matrix of four columns, the last of which is the translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Matrix([[f64; 4]; 4]);
 
@@ -14,7 +14,7 @@ impl Matrix {
         [0.0, 0.0, 0.0, 1.0],
     ]);
 
-    /// The transform of a node: its matrix, or its scale, then rotation, then translation.
+    /// Computes the transform of a node: its matrix, or else its scale, then rotation, then translation.
     pub fn of(transform: &Transform) -> Self {
         let (translation, rotation, scale) = match transform {
             Transform::Matrix { matrix } => {
@@ -24,7 +24,8 @@ impl Matrix {
                 (translation.map(f64::from), rotation.map(f64::from), scale.map(f64::from))
             }
         };
-        // A quaternion of any length but 0 is accepted: in 32 bits few have length 1.
+        // Quaternions of any length are accepted, because few have exactly length 1 in 32 bits. Length 0 is no
+        // rotation.
         let [x, y, z, w] = rotation;
         let square = x * x + y * y + z * z + w * w;
         let s = if square > 0.0 { 2.0 / square } else { 0.0 };
@@ -48,7 +49,7 @@ impl Matrix {
         }))
     }
 
-    /// Moves a point.
+    /// Transforms a point.
     pub fn apply(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [a, b, c, d] = self.0;
         [0, 1, 2].map(|row| a[row] * x + b[row] * y + c[row] * z + d[row])

@@ -1,14 +1,14 @@
-//! Reduces a material file to names and diffuse colours, with three components each.
+//! Reduction of a material file to names and diffuse colours of three components.
 //!
-//! `tobj` panics where a colour has one component, which the format allows: the others are then equal.
+//! The format allows a colour of one component, to which the others are equal. `tobj` panics on such a colour.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use crate::scene::surface::DEFAULT_REFLECTANCE;
 
-/// Appends to `reduced` the names and diffuse colours of a material file, in its format. What cannot be
-/// understood is a warning.
+/// Appends the names and diffuse colours of a material file to `reduced`, in the format of material files. A colour
+/// that is not valid gives a warning.
 pub(super) fn reduce(text: &str, file: &Path, reduced: &mut String, warnings: &mut Vec<String>) {
     let mut named = false;
     for (number, line) in (1..).zip(text.lines()) {
@@ -43,7 +43,7 @@ fn colour(arguments: &str) -> Option<[f32; 3]> {
     let numbers = arguments.split_once('#').map_or(arguments, |(before, _)| before);
     let components: Vec<f32> =
         numbers.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
-    // Far more than a colour needs; three of them do not overflow.
+    // The limit is far above any colour, and the sum of three components cannot overflow.
     let sensible = components.iter().all(|component| component.abs() <= 1e6);
     match components[..] {
         [grey] if sensible => Some([grey; 3]),

@@ -1,21 +1,27 @@
-//! OBJ files: triangles in the order of the file's faces.
+//! Reader of OBJ files.
 //!
 //! ```text
-//! bytes -> text (checks every line, keeps what matters) -> tobj -> Surface
-//!                          materials (.mtl) ----------------/
+//! bytes -> text (checks and reduces every line) -> tobj -> Surface
+//!                       materials (.mtl) -----------/
 //! ```
-//! `tobj` names no line when it refuses a file, panics on some material files, takes a line of three
-//! points for a triangle and divides coordinates by a fourth one. So the text is checked first, and
-//! `tobj` reads a copy reduced to vertices, faces, names and materials, in `f64`.
+//! The crate `tobj` has four defects:
+//!
+//! - It names no line when it refuses a file.
+//! - It panics on some material files.
+//! - It reads an `l` line of three points as a triangle.
+//! - It divides coordinates by a fourth one.
+//!
+//! So the text is checked first, and `tobj` reads a copy that is reduced to vertices, faces, names and materials.
 //!
 //! # Invariants
-//! Triangle ids count the faces in the order of the file, `n - 2` for a polygon of `n` corners; triangles
-//! without area are kept. Without an origin, coordinates are the `f32` nearest to the decimals.
+//! - Triangles are in the order of the file's faces, `n - 2` for a polygon of `n` corners.
+//! - Triangles without area are kept.
+//! - Without an origin, coordinates are the `f32` nearest to the decimals.
 //!
 //! # Source
-//! Wavefront Technologies, *Advanced Visualizer manual*, appendix B1 (OBJ), and the material format MTL.
-//! Not read: curves and free-form surfaces, texture coordinates, normals, colours of vertices.
-//! Emission (`Ke`) does not make lights: a triangle is not a parallelogram.
+//! Wavefront Technologies, *Advanced Visualizer manual*, appendix B1 (OBJ), and the material format MTL. Curves,
+//! free-form surfaces, texture coordinates, normals and colours of vertices are ignored. Emission (`Ke`) is ignored
+//! too, because lights are parallelograms.
 
 mod materials;
 mod text;
@@ -30,16 +36,16 @@ use crate::scene::SceneError;
 use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface, mean};
 use text::Reduced;
 
-/// Reads the bytes of an OBJ file. The path `name` stands in messages, its last part names the model, and material
-/// files are looked for in its folder.
+/// Reads the bytes of an OBJ file. Messages contain the path `name`; its last part names the model; material files are
+/// read from its folder.
 ///
-/// Each `o`, and each `g` inside an `o`, is an object; an object that is opened again continues. The mean of a
-/// material's diffuse colour (`Kd`) is the reflectance.
+/// Each `o`, and each `g` inside an `o`, is an object. A name that occurs again continues its object. The reflectance
+/// is the mean of the material's diffuse colour (`Kd`).
 ///
 /// # Errors
 /// [`SceneError::Line`], [`SceneError::NoFaces`].
 pub fn read(bytes: &[u8], name: &Path, companions: &Companions) -> Result<Surface, SceneError> {
-    // 1. Check and reduce. Names in other encodings than UTF-8 lose letters, nothing else.
+    // 1. Check and reduce. Bytes that are not UTF-8 occur in names only; their letters are replaced.
     let source = String::from_utf8_lossy(bytes);
     let reduced = text::reduce(&source).map_err(|(line, problem)| SceneError::Line {
         file: name.into(),
@@ -63,7 +69,7 @@ pub fn read(bytes: &[u8], name: &Path, companions: &Companions) -> Result<Surfac
         surface.warn(format_args!("{count} {what} ignored"));
     }
 
-    // 2. Read. Only faces of three corners or more are left in the text.
+    // 2. Read the reduced text. All its faces have three corners or more.
     let surface = RefCell::new(surface);
     let read =
         tobj::load_obj_buf(&mut reduced.text.as_bytes(), &LoadOptions::default(), |library| {
@@ -86,8 +92,9 @@ pub fn read(bytes: &[u8], name: &Path, companions: &Companions) -> Result<Surfac
         }
     }
 
-    // 3. One part after the other: `tobj` begins a new one, at the end of its list, wherever the name
-    // or the material changes, so the order of the parts and inside them is that of the file.
+    // 3. Assemble the parts. `tobj` begins a new part wherever the name or the material changes, so parts and their
+    //    faces
+    // are in the order of the file.
     assemble(&mut surface, &reduced, parts, &materials);
     debug_assert_eq!(surface.face_count(), reduced.face_count);
     Ok(surface)
@@ -103,7 +110,7 @@ fn assemble(
         surface.add_object(name);
     }
     for part in parts {
-        // The reduced text gives each object's number for its name.
+        // In the reduced text, the name of an object is its number.
         let object = part.name.parse().unwrap_or(0);
         let diffuse = part.mesh.material_id.and_then(|id| materials.get(id)?.diffuse);
         let colour = diffuse.map(|colour| colour.map(|component| component as f32));
@@ -112,7 +119,7 @@ fn assemble(
         for position in part.mesh.positions.chunks_exact(3) {
             surface.add_vertex([position[0], position[1], position[2]]);
         }
-        // No arities are given where all are three.
+        // `face_arities` is empty if all faces are triangles.
         let mut arities = part.mesh.face_arities.iter();
         let mut corners = part.mesh.indices.as_slice();
         while !corners.is_empty() {
@@ -124,8 +131,8 @@ fn assemble(
     }
 }
 
-/// Reads the material files that an `mtllib` line names: one file whose name may hold spaces, or several
-/// files separated by spaces, each in quotes or not.
+/// Reads the material files of an `mtllib` line: one file whose name may contain spaces, or several files, separated by
+/// spaces, each in quotes or not.
 fn load_library(
     model: &Path,
     library: &Path,
@@ -133,7 +140,7 @@ fn load_library(
     surface: &mut Surface,
 ) -> tobj::MTLLoadResult {
     let beside = |name: &str| model.parent().unwrap_or(Path::new("")).join(name);
-    // As written, or with the slashes of other systems.
+    // Tries the name as written, then with `/` for `\`.
     let open = |name: &str| -> Result<(PathBuf, Vec<u8>), (PathBuf, std::io::Error)> {
         let path = beside(name);
         companions(&path).map(|bytes| (path.clone(), bytes)).or_else(|error| {
@@ -169,7 +176,7 @@ fn load_library(
     tobj::load_mtl_buf(&mut reduced.as_bytes())
 }
 
-/// Splits a line into words; text in quotes is one word.
+/// Splits a line into words. Text in quotes is one word.
 fn words(line: &str) -> impl Iterator<Item = &str> {
     let mut rest = line;
     std::iter::from_fn(move || {

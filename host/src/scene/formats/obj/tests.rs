@@ -18,10 +18,10 @@ fn refusal(text: &str) -> String {
     surface.and_then(|surface| surface.place(Origin::Unchanged)).unwrap_err().to_string()
 }
 
-/// Four vertices.
+/// Lines of four vertices.
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// The x of each triangle's first corner, where the n-th face starts at vertex n.
+/// Lists the x of each triangle's first corner, by which tests identify faces.
 fn first_x(model: &Model) -> Vec<f32> {
     model.triangles.iter().map(|triangle| triangle.a.x).collect()
 }
@@ -44,7 +44,7 @@ fn ids_count_faces_in_file_order_where_objects_interleave() {
 
 #[test]
 fn polygons_become_fans_and_negative_indices_count_back() {
-    // A pentagon, a quad named backwards before more vertices follow, and a reference ahead.
+    // A pentagon, a quad with negative numbers before more vertices follow, and a reference to a later vertex.
     let text = format!("{SQUARE}v 0 2 0\nf 1 2 3 4 5\nf -5 -4 -3 -2\nv 7 7 7\nf 7 6 1\nv 8 8 8\n");
     let triangles = import(&text).model.triangles;
     let p = |x: u8, y: u8| Vec3::new(x.into(), y.into(), 0.0);
@@ -81,8 +81,7 @@ fn degenerate_triangles_keep_their_ids() {
 
 #[test]
 fn coordinates_are_the_nearest_f32() {
-    // Halfway between 1 and its successor, and just above: rounding through f64 gets the
-    // second wrong.
+    // Halfway between 1 and its successor, and just above. Rounding through f64 would round the second down.
     let text =
         "v 1.000000059604644775390625 1.0000000596046447753906251 0.1\nv 1e-46 -0 1e38\nf 1 2 1";
     let triangle = import(text).model.triangles[0];
@@ -105,7 +104,7 @@ fn points_and_lines_are_counted() {
 fn errors_name_file_line_and_cause() {
     for (text, message) in [
         ("v 0 0 0\n\nv 0 a 0\n", "bad.obj, line 3: vertex coordinate `a` is not a number"),
-        ("v 0 0\n", "bad.obj, line 1: a vertex needs 3 coordinates, here are 2"),
+        ("v 0 0\n", "bad.obj, line 1: a vertex needs 3 coordinates, but has 2"),
         (
             "v 0 0 0\nf 1 1 2\n",
             "bad.obj, line 2: a face names vertex 2, but there are 1 vertices in the file",
@@ -137,7 +136,7 @@ fn errors_name_file_line_and_cause() {
     ] {
         assert_eq!(refusal(text), message);
     }
-    // The first of several bad lines is the one named, also where the number is only too high.
+    // The message names the first of several bad lines. A number that is too high is known to be bad only at the end.
     assert!(refusal("v 0 0 0\nf 2 1 1\nf 3 1 1\nf 9 1 1\nv 0 0 0\n").contains("line 3"));
     assert!(refusal("v 0 0 0\nf 1 1 -9223372036854775808\n").contains("line 2"));
 }
@@ -149,7 +148,7 @@ fn materials_give_the_reflectance() {
     let faces: String = ["grey", "warm", "plain", "bad", "bright", "none", ""]
         .map(|name| format!("usemtl {name}\nf 1 2 3\n"))
         .concat();
-    // As they are written: with spaces, in quotes, among others, with the slashes of Windows.
+    // File names as programs write them: with spaces, in quotes, twice on a line, with the slashes of Windows.
     for written in [
         "my colours.mtl",
         "\"my colours.mtl\"",
@@ -196,7 +195,7 @@ fn names_and_comments_that_end_in_a_backslash_end_there() {
     for name in
         ["# made in C:\\models\\", "g C:\\", "o a\\", "usemtl tex\\", "mtllib C:\\m\\", "#\\"]
     {
-        // Without its first vertex, the triangle would be another one.
+        // If the name continued on the next line, the first vertex would be lost and the triangle another one.
         let text = format!("{name}\n{SQUARE}v 5 5 5\n{name} \nf 1 2 3 # {name}\nf 2 3 4\n");
         assert_eq!(first_x(&import(&text).model), [0.0, 1.0], "{name}");
     }
@@ -206,8 +205,8 @@ fn names_and_comments_that_end_in_a_backslash_end_there() {
 
 #[test]
 fn continued_lines_take_linear_time() {
-    // Each corner on a line of its own, with blanks behind the backslash of every other one.
-    // Joined one by one, they were copied once for each line: ten minutes.
+    // Each corner is on a line of its own, with blanks after every second backslash.
+    // Measured: joining by a copy for each line took ten minutes.
     let count = 600_000;
     let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\nf");
     for corner in 0..count {
@@ -241,7 +240,7 @@ fn vertices_that_are_not_finite_spoil_only_their_faces() {
         assert_eq!(import.warnings.len(), 1);
         assert!(
             import.warnings[0].starts_with(
-                "test.obj: 2 faces left out, because a vertex of theirs is not finite as a \
+                "test.obj: 2 faces omitted because they have a vertex that is not finite as a \
                  32-bit number; the first is face 1, with vertex "
             ),
             "{}",
@@ -261,15 +260,15 @@ fn concave_and_crossing_polygons() {
     );
     let areas: Vec<f32> =
         import.model.triangles.iter().map(|triangle| triangle.normal().length() / 2.0).collect();
-    // The dart of area 6 from two of its corners; ids count n - 2 for each face.
+    // The dart has area 6 from two of its corners; each face has n - 2 triangles.
     assert_eq!(areas.len(), 7);
     assert_eq!((areas[0] + areas[1], areas[2] + areas[3], areas[6]), (6.0, 6.0, 3.0));
     let expected =
-        "test.obj: 1 polygons cross themselves; each is divided into a fan from its first corner";
+        "test.obj: 1 polygons cross themselves; each was divided into a fan from its first corner";
     assert_eq!(import.warnings, [expected]);
 }
 
-/// Coordinates on the earth's ellipsoid, in metres: 32 bits hold them to a quarter of a metre.
+/// Coordinates on the earth's ellipsoid in metres, which 32 bits round to a quarter of a metre.
 const FAR: &str = "v -2487002.881739342 -4684683.676570751 3529638.9835389843\n\
                    v -2487004.0341807394 -4684683.789984506 3529638.299934322\n\
                    v -2487003.1884904536 -4684683.513722925 3529638.9835389843\nf 1 2 3\n";
@@ -300,13 +299,13 @@ fn coordinates_that_lose_their_digits_are_told_of_and_cured() {
             assert!((f64::from(got) - exact).abs() < 1e-7, "{got} {exact}");
         }
     }
-    // An origin elsewhere is not enough.
+    // An origin far from the scene leaves the loss, and the warning.
     assert_eq!(place(FAR, Origin::At([1e6; 3])).warnings.len(), 1);
 }
 
 #[test]
 fn usual_coordinates_lose_nothing_worth_a_word() {
-    // Tenths, a tiny model and a vast one, and large coordinates that 32 bits hold.
+    // Tenths, a tiny model, a vast model, and large coordinates that 32 bits hold exactly.
     for text in [
         "v 0.1 0.2 0.3\nv 10.7 0.1 0\nv 3.3 9.9 0.1\nf 1 2 3\n",
         "v 1e-30 2e-30 3e-30\nv 7e-30 0 0\nv 0 1e-30 0\nf 1 2 3\n",
@@ -315,10 +314,10 @@ fn usual_coordinates_lose_nothing_worth_a_word() {
     ] {
         assert_eq!(import(text).warnings, [""; 0], "{text}");
     }
-    // Ten centimetres at the same place.
+    // A triangle of ten centimetres at these coordinates.
     let small = "v 4649776.1 500000 0\nv 4649776.2 500000 0\nv 4649776.1 500000.1 0\nf 1 2 3\n";
     assert_eq!(import(small).warnings.len(), 1);
-    // Too large for its own edges.
+    // A scene too large for its edges.
     let vast = format!("{small}v -4649776.1 0 0\nv -4649776.2 0 0\nv -4649776.2 0.1 0\nf 4 5 6\n");
     assert!(
         import(&vast).warnings[0]

@@ -1,7 +1,7 @@
-//! Checks an OBJ text line by line, and reduces it to what is read of it.
+//! Checks of an OBJ text line by line, and its reduction to the lines that are read.
 //!
-//! All vertices come first in the reduced text and faces name them by positive numbers, so that it
-//! does not matter where in the file a vertex stands.
+//! In the reduced text, all vertices precede all faces, and faces name vertices by positive numbers. So the position of
+//! a vertex in the file does not matter.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
@@ -9,33 +9,33 @@ use std::fmt::Write;
 use crate::scene::LineProblem;
 use crate::scene::formats::lines::lines;
 
-/// An OBJ text with nothing wrong in it.
+/// Valid OBJ text, reduced to the lines that are read.
 pub(super) struct Reduced {
-    /// `v`, `f`, `o`, `mtllib` and `usemtl` lines; `o` lines name an object by its place in `names`.
+    /// Lines `v`, `f`, `o`, `mtllib` and `usemtl`. An `o` line names an object by its index in `names`.
     pub text: String,
-    /// The names of objects, by first occurrence of a face in them.
+    /// Names of objects, in the order of their first faces.
     pub names: Vec<String>,
-    /// Every material that a `usemtl` line names.
+    /// Materials that `usemtl` lines name.
     pub materials_used: BTreeSet<String>,
     pub vertex_count: usize,
-    /// Faces of three corners or more.
+    /// Number of faces of three corners or more.
     pub face_count: usize,
-    /// Points and lines.
+    /// Number of points and lines.
     pub element_count: usize,
-    /// Faces of one or two corners.
+    /// Number of faces of one or two corners.
     pub short_face_count: usize,
-    /// Whether an `mtllib` line stands in the file.
+    /// True if the file has an `mtllib` line.
     pub names_library: bool,
 }
 
-/// A name that no material has: it would end at the zero.
+/// Name that no material file defines, because a name cannot contain a zero byte.
 const NO_MATERIAL: &str = "\0";
 
-/// The line, from 1, and what is wrong with it.
-type Complaint = (usize, LineProblem);
+/// Number of a line, from 1, and its problem.
+type BadLine = (usize, LineProblem);
 
 /// Checks and reduces a text.
-pub(super) fn reduce(source: &str) -> Result<Reduced, Complaint> {
+pub(super) fn reduce(source: &str) -> Result<Reduced, BadLine> {
     let mut reducer = Reducer::default();
     // Some editors begin files with a byte order mark.
     let source = source.strip_prefix('\u{feff}').unwrap_or(source);
@@ -63,24 +63,25 @@ pub(super) fn reduce(source: &str) -> Result<Reduced, Complaint> {
     reducer.finish()
 }
 
-/// What stands before the backslash of a line that the next one continues. Blanks may follow the
-/// backslash; in a comment it is none.
+/// Returns the part before the backslash of a line that the next line continues; `None` if the line is complete. Blanks
+/// may follow the backslash. A comment is never continued.
 fn continued(line: &str) -> Option<&str> {
     let begun = line.trim_end().strip_suffix('\\')?;
     (!begun.contains('#')).then_some(begun)
 }
 
-/// Names may end in a backslash: `g C:\models\`.
+/// Tells whether a line ends in a name, which may end in a backslash, as in `g C:\models\`.
 fn holds_a_name(line: &str) -> bool {
     let keyword = line.split_whitespace().next().unwrap_or_default();
     matches!(keyword, "g" | "o" | "usemtl" | "mtllib")
 }
 
-/// A coordinate whose nearest `f64` lies halfway between two `f32`, and would be rounded to the wrong one:
-/// the `f64` beside it, which is rounded to the `f32` nearest to the decimal. None for all others.
+/// Corrects a coordinate that rounding through `f64` would round to the wrong `f32`. That happens if the nearest `f64`
+/// lies halfway between two `f32`. Returns the adjacent `f64`, which rounds to the `f32` nearest to the decimal; `None`
+/// if no correction is needed.
 fn corrected(text: &str) -> Result<Option<f64>, std::num::ParseFloatError> {
     let value: f64 = text.parse()?;
-    // Halfway means one bit more than a f32 has, so the last 28 of 52 are zero.
+    // A value halfway between two f32 has one bit more than an f32, so the last 28 of its 52 bits are 0.
     if value.to_bits().trailing_zeros() < 28 || f64::from(value as f32) == value {
         return Ok(None);
     }
@@ -95,7 +96,7 @@ struct Reducer {
     rest: String,
     object: String,
     group: String,
-    /// Whether a name was given since the last `o` line was written.
+    /// True if a name was read since the last `o` line was written.
     name_pending: bool,
     numbers: HashMap<String, usize>,
     names: Vec<String>,
@@ -105,9 +106,10 @@ struct Reducer {
     element_count: usize,
     short_face_count: usize,
     names_library: bool,
-    /// The highest vertex number in any face so far, and the lines where it rose above the vertices
-    /// known then: the first line with a number too high is among them.
+    /// Highest vertex number in any face so far.
     highest: usize,
+    /// Lines at which `highest` rose above the number of vertices known then, with its value. If a number turns out to
+    /// be too high, the first line with such a number is in this list.
     rises: Vec<(usize, usize)>,
 }
 
@@ -147,7 +149,7 @@ impl Reducer {
         Ok(())
     }
 
-    /// Three coordinates, finite or not; a weight or a colour may follow and does not matter.
+    /// Reads three coordinates, finite or not. A weight or a colour may follow and is ignored.
     fn vertex(&mut self, arguments: &str) -> Result<(), LineProblem> {
         self.vertices.push('v');
         let mut given = 0;
@@ -166,7 +168,6 @@ impl Reducer {
     }
 
     fn face(&mut self, arguments: &str) -> Result<(), LineProblem> {
-        // Written at the first face: a name without faces is no object.
         if arguments.split_whitespace().nth(2).is_none() {
             for corner in arguments.split_whitespace() {
                 self.vertex_number(corner)?;
@@ -174,6 +175,7 @@ impl Reducer {
             self.short_face_count += 1;
             return Ok(());
         }
+        // The name is written before its first face, because a name without faces is not an object.
         if self.name_pending || self.names.is_empty() {
             self.write_name();
         }
@@ -187,7 +189,7 @@ impl Reducer {
         Ok(())
     }
 
-    /// The vertex that a corner such as `3`, `-1/2` or `3//1` names, counted from 1.
+    /// Returns the number, from 1, of the vertex that a corner such as `3`, `-1/2` or `3//1` names.
     fn vertex_number(&mut self, corner: &str) -> Result<usize, LineProblem> {
         let position = corner.split_once('/').map_or(corner, |(position, _)| position);
         let index = position
@@ -218,7 +220,7 @@ impl Reducer {
         let name = match (self.object.as_str(), self.group.as_str()) {
             ("", "") => "unnamed".to_owned(),
             ("", name) | (name, "") => name.to_owned(),
-            // Two houses may each have a roof.
+            // Groups of the same name in different objects are different.
             (object, group) => format!("{object}/{group}"),
         };
         let next = self.names.len();
@@ -235,7 +237,7 @@ impl Reducer {
         debug_assert!(written.is_ok(), "writing to a string cannot fail");
     }
 
-    fn finish(mut self) -> Result<Reduced, Complaint> {
+    fn finish(mut self) -> Result<Reduced, BadLine> {
         let vertex_count = self.vertex_count;
         if let Some(&(line, index)) = self.rises.iter().find(|rise| rise.1 > vertex_count) {
             let index = i64::try_from(index).unwrap_or(i64::MAX);
@@ -256,7 +258,7 @@ impl Reducer {
     }
 }
 
-/// Names may hold a `#`, numbers not.
+/// Removes the comment after numbers. Not for names, which may contain `#`.
 fn without_comment(arguments: &str) -> &str {
     arguments.split_once('#').map_or(arguments, |(before, _)| before)
 }

@@ -1,4 +1,4 @@
-//! A city on a grid: blocks of buildings, streets between them.
+//! City on a grid: blocks of buildings with streets between them.
 //!
 //! ```text
 //! +--+--+   +--+--+     a block: buildings_per_side^2 plots, one building in each
@@ -6,31 +6,31 @@
 //! +--+--+   +--+--+
 //!    street
 //! ```
-//! The unit is a metre, z is up. Each building has a flat roof with a box on it, or a pointed one.
+//! The unit is a metre; z is up. Each building has a flat roof with a box on it, or a pointed roof.
 
 use arboleda::{Aabb, Triangle, Vec3};
 
 use super::hash::Draws;
-use super::light::DEFAULT_FLUX;
-use super::{AreaLight, Model, shapes};
+use super::shapes;
+use crate::scene::light::DEFAULT_FLUX;
+use crate::scene::{AreaLight, Model};
 
-/// What a city looks like. The defaults give about 70,000 triangles.
+/// Options of a city. The defaults give about 70,000 triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CityOptions {
     /// Blocks along x and along y.
     pub blocks: [u32; 2],
     /// Buildings along each side of a block.
     pub buildings_per_side: u32,
-    /// The most storeys of a building; the fewest is 2.
+    /// Most storeys of a building; the fewest are 2.
     pub most_storeys: u32,
-    /// Quads along each storey of a wall. More means more triangles, the city looks the same.
+    /// Quads along each storey of a wall. More quads give more triangles on the same surface.
     pub window_columns: u32,
-    /// How much footprints and heights vary: 0 makes all buildings alike, 1 is the most.
+    /// Variation of footprints and heights, from 0 for buildings of one size to 1 for the largest variation.
     pub size_spread: f32,
-    /// Whether there is ground: a square of two triangles, 2 m below the streets, under each block
-    /// and its street.
+    /// Ground: a square of two triangles under each block and its street, 2 m below the streets.
     pub ground: bool,
-    /// Another number, another city.
+    /// Seed of the random sizes and roofs.
     pub seed: u64,
 }
 
@@ -48,19 +48,19 @@ impl Default for CityOptions {
     }
 }
 
-/// The side of a plot, in metres.
+/// Side of a plot in metres.
 const PLOT: f32 = 24.0;
-/// Between blocks.
+/// Distance of neighbouring blocks in metres.
 const STREET: f32 = 18.0;
+/// Height of a storey in metres.
 const STOREY: f32 = 3.0;
-/// The ground lies a little below the buildings, which stand on plinths: they do not touch it, as they
-/// would not in a survey.
+/// Gap between the ground and the buildings in metres. Buildings do not touch the ground, as in surveyed city models.
 const GROUND_BELOW: f32 = 2.0;
 
 /// Builds a city; each building is an object.
 ///
-/// A building of `s` storeys and `c` window columns has `8 s c + 2 + 12` triangles with a flat
-/// roof and `8 s c + 2 + 4` with a pointed one, its bottom included.
+/// A building of `s` storeys and `c` window columns has `8 s c + 2 + 12` triangles with a flat roof and `8 s c + 2 + 4`
+/// with a pointed roof. The 2 are its bottom.
 pub fn procedural_city(options: CityOptions) -> Model {
     let mut model = Model::named("city");
     let per_side = options.buildings_per_side;
@@ -94,8 +94,9 @@ pub fn procedural_city(options: CityOptions) -> Model {
 
 fn building(centre: Vec3, options: &CityOptions, draws: Draws) -> Vec<Triangle> {
     let spread = if options.size_spread >= 0.0 { options.size_spread.min(1.0) } else { 0.0 };
-    // Footprints of 6 to 20 m at full spread, so that neighbours keep 4 m; heights skewed to low.
-    let side = |place| PLOT * (0.75 + spread * draws.between(place, -0.5, 0.083));
+    // At full spread, footprints have sides of 6 to 20 m, so neighbours are at least 4 m apart. Low heights are more
+    // frequent.
+    let side = |nth| PLOT * (0.75 + spread * draws.between(nth, -0.5, 0.083));
     let (width, depth) = (side(0), side(1));
     let low = 1.0 - spread * (1.0 - draws.unit(2) * draws.unit(3));
     let storeys = ((options.most_storeys as f32 * low) as u32).max(2);
@@ -117,7 +118,7 @@ fn building(centre: Vec3, options: &CityOptions, draws: Draws) -> Vec<Triangle> 
     let floor = [0, 3, 2, 1].map(|corner: usize| at(ring[corner].0, ring[corner].1, lo.z));
     shapes::patch(floor, 1, 1, &mut emit);
 
-    // 2. The roof. It meets the walls along straight edges without sharing their corners there.
+    // 2. The roof. Its edges lie on those of the walls but are not divided by the walls' corners.
     let eaves = ring.map(|(x, y)| at(x, y, hi.z));
     if draws.unit(4) < 0.5 {
         let top = at(centre.x, centre.y, hi.z + width.min(depth) * 0.4);
@@ -126,7 +127,7 @@ fn building(centre: Vec3, options: &CityOptions, draws: Draws) -> Vec<Triangle> 
         }
     } else {
         shapes::patch(eaves, 1, 1, &mut emit);
-        // A stairwell or a lift machine; its bottom is the roof.
+        // A box for stairs or lifts, without its bottom, which lies on the roof.
         let size = draws.between(5, 0.15, 0.3);
         let cabin = half * size + Vec3::Z * STOREY;
         let foot = at(centre.x, centre.y, hi.z);

@@ -1,25 +1,26 @@
-//! Balls, boxes and teapots of widely mixed sizes, strewn in space.
+//! Balls, boxes and teapots of widely different sizes, strewn in space.
 //!
-//! The hard case for size classes, and for grids and octrees: sizes on a log scale, without gaps. The
-//! objects stand in the cells of a cubic lattice, away from its middle planes, so none overlap.
+//! The hard case for size classes, grids and octrees: sizes are uniform on a logarithmic scale, without gaps. Each
+//! object lies inside one cell of a cubic lattice, so no two overlap.
 
 use arboleda::{Aabb, Triangle, Vec3};
 
 use super::hash::Draws;
-use super::light::DEFAULT_FLUX;
+use super::shapes;
 use super::teapot::{Placement, placed, teapot};
-use super::{AreaLight, Model, shapes};
+use crate::scene::light::DEFAULT_FLUX;
+use crate::scene::{AreaLight, Model};
 
-/// What to strew. The defaults give about 150,000 triangles.
+/// Options of the scene. The defaults give about 150,000 triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixedOptions {
-    /// How many objects.
+    /// Number of objects.
     pub object_count: u32,
-    /// How much smaller than the largest the smallest object is, 1 or more.
+    /// Ratio of the largest to the smallest size, 1 or more.
     pub size_ratio: f32,
-    /// 0 to 6: each step makes four times as many triangles.
+    /// Subdivision, 0 to 6; each step makes four times as many triangles.
     pub detail: u32,
-    /// Another number, another scene.
+    /// Seed of the random sizes and positions.
     pub seed: u64,
 }
 
@@ -29,13 +30,13 @@ impl Default for MixedOptions {
     }
 }
 
-/// The cube of this is above every `u32`.
+/// Side of the largest lattice; its cube is larger than every `u32`.
 const MOST_SIDE: u32 = 1_626;
 
-/// The most steps of detail.
+/// Largest value of `detail`.
 const MOST_DETAIL: u32 = 6;
 
-/// Strews objects, a third of each kind, with sizes evenly distributed on a log scale.
+/// Strews objects, a third of each kind, with sizes uniform on a logarithmic scale.
 ///
 /// At detail `d` a ball has `20 * 4^d` triangles, a box `12 * 4^d`, a teapot `64 * 4^d - 8 * 2^d`.
 pub fn mixed_sizes(options: MixedOptions) -> Model {
@@ -45,15 +46,15 @@ pub fn mixed_sizes(options: MixedOptions) -> Model {
     let cube = shapes::cuboid(Aabb::new(Vec3::NEG_ONE, Vec3::ONE), 1 << detail);
     let steps =
         libm::log2f(if options.size_ratio >= 1.0 { options.size_ratio.min(1e9) } else { 1.0 });
-    // The smallest cube of cells with room for all.
+    // The smallest cubic lattice with a cell for each object.
     let room = |side: &u32| u64::from(*side).pow(3) >= u64::from(options.object_count);
     let side = (1..=MOST_SIDE).find(room).unwrap_or(MOST_SIDE);
     for number in 0..options.object_count {
         let draws = Draws::new(options.seed, u64::from(number));
-        // The largest objects, of radius 0.45, fill their cell of side 1; small ones lie anywhere in it.
+        // Cells have side 1. The largest objects, of radius 0.45, fill their cell; small ones lie anywhere in it.
         let radius = 0.45 * libm::exp2f(-steps * draws.unit(0));
         let free = 0.49 - radius;
-        let within = |place| draws.between(place, -free, free);
+        let within = |nth| draws.between(nth, -free, free);
         let cell = Vec3::new(
             (number % side) as f32,
             (number / side % side) as f32,
@@ -62,7 +63,8 @@ pub fn mixed_sizes(options: MixedOptions) -> Model {
         let centre = cell + Vec3::new(within(1), within(2), within(3));
         let (name, shape, scale, lift) = match draws.below(4, 3) {
             0 => ("ball", &ball, 1.0, 0.0),
-            // A cube's corner is sqrt(3) away, a teapot's handle and spout 3.5, its half height 1.6.
+            // Scales to radius 1: a cube's corners are sqrt(3) from its centre; a teapot's handle and spout 3.5, and
+            // its half height is 1.6.
             1 => ("box", &cube, 0.57, 0.0),
             _ => ("teapot", &pot, 0.28, 0.4),
         };

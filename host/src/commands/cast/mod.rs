@@ -1,5 +1,7 @@
 //! `arboleda cast`: rays from a file, hits to a file.
 
+mod hit_files;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
@@ -8,51 +10,51 @@ use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
-use super::hit_files::{Record, normals, write_npy, write_objects, write_points};
 use super::values::file_ending_in;
 use crate::bench::progress::during;
-use crate::file_output::check_writable;
+use crate::file_output::{check_writable, write_npy};
 use crate::scene::Model;
 use crate::{OwnedIndex, Threads, rays};
+use hit_files::{HitRecord, normals, write_objects, write_points};
 
-/// So many of the rays, evenly spread, tell the automatic choice of an index what is asked.
+/// Rays of the sample for the automatic selection of an index, evenly spread over the file.
 const SAMPLE_RAYS: usize = 1024;
 
 /// Answer the rays of a NumPy file
 ///
-/// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): origin, direction, t_min, t_max. Without
-/// them, t_min is 0 and t_max +inf. A direction need not be of unit length; t counts in lengths of the direction.
-/// Origins are in the coordinates of the scene's file, also with `--origin`.
+/// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): origin, direction, t_min, t_max. The
+/// defaults are t_min = 0 and t_max = +inf. A direction may have any length but 0; the unit of t is that length.
+/// Origins are in the coordinates of the scene's file, with `--origin` too.
 ///
-/// HITS is a structured array [('triangle','<u4'),('t','<f4'),('u','<f4'),('v','<f4')] in ray order; triangle ids
-/// count faces in file order after triangulation, u and v are the weights of the second and third corner, a miss is
-/// 0xFFFFFFFF and +inf. POINTS and NORMALS are float32 of shape (N, 3), a row for each hit of HITS; with
-/// `--origin`, POINTS is float64, in the coordinates of the scene's file.
+/// HITS is a structured array [('triangle','<u4'),('t','<f4'),('u','<f4'),('v','<f4')] in ray order. Triangle ids
+/// count faces in file order after triangulation. u and v are the weights of the second and third corner. A miss has
+/// triangle 0xFFFFFFFF and t +inf. POINTS and NORMALS are float32 of shape (N, 3), one row for each row of HITS; with
+/// `--origin`, POINTS is float64. Points are in the coordinates of the scene's file.
 #[derive(Args)]
-// Names as NumPy users write them, not as code.
+// The help names arrays as NumPy users do, not as code.
 #[allow(clippy::doc_markdown)]
 pub struct Cast {
     #[command(flatten)]
     scene: SceneArguments,
-    /// The rays: a .npy file
+    /// Read the rays from a .npy file
     #[arg(long, value_name = "RAYS.npy")]
     rays: PathBuf,
-    /// Write the hits to a .npy file. With `--index all`, `--hits h.npy` writes h.linear.npy and so on, one file for
-    /// each index; so do `--points` and `--normals`
+    /// Write the hits to a .npy file. With `--index all`, `--hits h.npy` writes one file for each index: h.linear.npy,
+    /// h.octree.npy and so on. `--points` and `--normals` do the same
     #[arg(long, value_name = "HITS.npy", required_unless_present_any = ["points", "normals", "object_names"])]
     hits: Option<PathBuf>,
-    /// Write the hit points, too: NaN for a miss; each lies on its triangle as far as float32 allows
+    /// Write the hit points: NaN for a miss. Each point is on its triangle, rounded to float32
     #[arg(long, value_name = "POINTS.npy")]
     points: Option<PathBuf>,
-    /// Write the geometric unit normals, too: float32, NaN for a miss. They point to where the corners, in their order
-    /// in the file, are seen counter-clockwise, wherever the ray came from; computed in double precision
+    /// Write the geometric unit normals: float32, computed in float64, NaN for a miss. A normal points to the side from
+    /// which the corners, in the order of the file, are seen counter-clockwise, whichever side the ray comes from
     #[arg(long, value_name = "NORMALS.npy")]
     normals: Option<PathBuf>,
-    /// Write which triangles belong to which object: rows of first_triangle, triangle_count, object; an object of the
-    /// file is its `o` and `g` names
+    /// Write the object of each triangle as CSV, one row for each run of triangles: first_triangle, triangle_count,
+    /// object. The object's name is that of the file's `o` and `g` lines
     #[arg(long, value_name = "OBJECTS.csv", value_parser = file_ending_in(&["csv"]))]
     object_names: Option<PathBuf>,
-    /// What to ask of each ray
+    /// Query to answer for each ray
     #[arg(long, value_enum, default_value_t = Question::Closest)]
     query: Question,
     #[command(flatten)]
@@ -65,9 +67,10 @@ pub struct Cast {
 enum Question {
     /// The closest hit
     Closest,
-    /// Whether anything is hit: triangle 0 and t = u = v = 0, or a miss
+    /// Any hit at all: triangle 0 and t = u = v = 0 if the ray is occluded, else a miss
     Occluded,
-    /// Every hit, by ray, then by (t, triangle); h.offsets.npy beside h.npy says at which record each ray begins
+    /// All hits, sorted by ray, then by (t, triangle); h.offsets.npy beside h.npy has the offset of each ray's first
+    /// row
     All,
 }
 
@@ -75,7 +78,7 @@ impl Cast {
     /// Runs the command.
     ///
     /// # Errors
-    /// If a file cannot be read or written, or the rays have another shape.
+    /// If a file cannot be read or written, or the rays have a wrong shape.
     pub fn run(&self) -> anyhow::Result<()> {
         self.check_outputs()?;
         let table = during("reading rays", || rays::load(&self.rays))?;
@@ -105,12 +108,12 @@ impl Cast {
         Ok(())
     }
 
-    /// The files that are written for each index.
+    /// Lists the files that are written for each index.
     fn files(&self) -> impl Iterator<Item = &Path> {
         [&self.hits, &self.points, &self.normals].into_iter().flatten().map(PathBuf::as_path)
     }
 
-    /// Refuses outputs that cannot be written, before any work is done for them.
+    /// Refuses outputs that cannot be written. Runs before anything is loaded.
     fn check_outputs(&self) -> anyhow::Result<()> {
         ensure!(
             self.query != Question::Occluded || (self.points.is_none() && self.normals.is_none()),
@@ -169,22 +172,25 @@ impl Cast {
         Ok(())
     }
 
-    /// Answers the rays in their order. Where a ray may have several records, returns the place of each ray's first
-    /// record too.
+    /// Answers the rays in their order. If a ray may have several records, also returns the offset of each ray's first
+    /// record.
     fn records(
         &self,
         index: &(dyn RayIndex + Sync),
         rays: &[Result<Ray, RayError>],
-    ) -> (Vec<Record>, Option<Vec<u64>>) {
+    ) -> (Vec<HitRecord>, Option<Vec<u64>>) {
         match self.query {
             Question::Closest => {
-                let closest = |ray: &Ray| index.closest_hit(ray).map_or(Record::MISS, Record::from);
-                (per_ray(rays, |ray| ray.as_ref().map_or(Record::MISS, closest)), None)
+                let closest =
+                    |ray: &Ray| index.closest_hit(ray).map_or(HitRecord::MISS, HitRecord::from);
+                (per_ray(rays, |ray| ray.as_ref().map_or(HitRecord::MISS, closest)), None)
             }
             Question::Occluded => {
-                // Which triangle is found first depends on the index; that one is found does not.
-                let any = |ray: &Ray| if index.occluded(ray) { Record::SOME } else { Record::MISS };
-                (per_ray(rays, |ray| ray.as_ref().map_or(Record::MISS, any)), None)
+                // The triangle that an any-hit query finds depends on the index, so the record does not name it.
+                let any = |ray: &Ray| {
+                    if index.occluded(ray) { HitRecord::OCCLUDED } else { HitRecord::MISS }
+                };
+                (per_ray(rays, |ray| ray.as_ref().map_or(HitRecord::MISS, any)), None)
             }
             Question::All => {
                 let lists = per_ray(rays, |ray| {
@@ -193,7 +199,7 @@ impl Cast {
                 let mut offsets = vec![0];
                 let mut records = Vec::new();
                 for list in lists {
-                    records.extend(list.into_iter().map(Record::from));
+                    records.extend(list.into_iter().map(HitRecord::from));
                     offsets.push(records.len() as u64);
                 }
                 (records, Some(offsets))
@@ -222,13 +228,13 @@ fn all_hits(index: &(dyn RayIndex + Sync), ray: &Ray) -> Vec<Hit> {
     }
 }
 
-/// `h.npy` with `name` gives `h.name.npy`.
+/// Inserts `name` before the ending: `h.npy` becomes `h.name.npy`.
 fn named(path: &Path, name: &str) -> PathBuf {
     let extension = path.extension().unwrap_or_else(|| "npy".as_ref()).to_string_lossy();
     path.with_extension(format!("{name}.{extension}"))
 }
 
-/// Warns of rays that are not valid: their number, the first one, and the reason.
+/// Warns of invalid rays: how many there are, the first one, and the reason for it.
 fn report_refused(rays: &[Result<Ray, RayError>]) {
     let refused: Vec<_> =
         rays.iter().enumerate().filter_map(|(at, ray)| Some((at, ray.as_ref().err()?))).collect();

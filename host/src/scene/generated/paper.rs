@@ -1,25 +1,26 @@
-//! The scenes of the paper's figures 2, 3 and 4. z is up, a unit may be a decimetre.
+//! Scenes of the paper's figures 2, 3 and 4. z is up; a unit may be a decimetre.
 //!
 //! # Source
 //! N. Aguilera, J. Revelles, M. Lastra, R. Montes, R. J. García, *Representaciones Espaciales Para Escenas
-//! Constituidas Mediante Agrupaciones de Objetos*. The paper gives counts and pictures, no
-//! coordinates: the coordinates here are ours, chosen so that its counts come out.
+//! Constituidas Mediante Agrupaciones de Objetos*. The paper gives counts and pictures but no coordinates. The
+//! coordinates here are ours, chosen so that the counts are the paper's.
 
 use arboleda::{Aabb, Triangle, Vec3};
 
-use super::light::DEFAULT_FLUX;
+use super::shapes;
 use super::teapot::{PAPER_DIVISIONS, Placement, placed, teapot};
-use super::{AreaLight, Model, shapes};
+use crate::scene::light::DEFAULT_FLUX;
+use crate::scene::{AreaLight, Model};
 
-/// White paint, for the floor.
+/// Reflectance of the floor: white paint.
 const FLOOR_REFLECTANCE: f32 = 0.7;
-/// Grey paint, for everything else.
+/// Reflectance of all objects but the floor: grey paint.
 const OBJECT_REFLECTANCE: f32 = 0.5;
 
-/// Figure 2: six groups of four objects each; every group is a cluster.
+/// Makes figure 2: six groups of four objects each; every group is a cluster.
 ///
-/// Boxes and balls are divided so that all triangles are of similar size, one size class; in a group the
-/// objects touch.
+/// Boxes and balls are divided so that all triangles have similar sizes and form one size class. The objects of a group
+/// touch each other.
 pub fn fig2() -> Model {
     let mut model = Model::named("fig2");
     for group in 0..6_u8 {
@@ -50,17 +51,16 @@ pub fn fig2() -> Model {
     model
 }
 
-/// Figure 3: two clusters far apart along x, each of 8 x 8 x 8 cubes of 12 triangles, and a light
-/// above each.
+/// Makes figure 3: two clusters far apart along x, each of 8 x 8 x 8 cubes of 12 triangles, and a light above each.
 ///
 /// With leaves of at most 12 triangles, the octree hierarchy has level 3 and a single octree level 10:
 ///
-/// - A cluster's cubes have side 1 and gaps of 1/8, so the cluster's side is 71/8, its cells at level 3
-///   have side 71/64, and cube `i` along an axis, from `9i/8` to `9i/8 + 1`, lies in cell `i`, from
-///   `71i/64`: one cube, 12 triangles, in each cell; while 8 are in each cell of level 2.
-/// - A single octree's side is 100. Its cells are narrower than a gap, so that no cell touches two cubes,
-///   from 100/1024 at level 10 on; at level 9, 100/512 is wider than a gap, and where eight cubes face
-///   each other a cell holds triangles of all.
+/// - Hierarchy: cubes have side 1 and gaps of 1/8, so a cluster has side 71/8 and its cells at level 3 have side 71/64.
+///   Cube `i` along an axis spans `9i/8` to `9i/8 + 1`. It lies in cell `i`, which begins at `71i/64`. Each cell of
+///   level 3 holds one cube, 12 triangles; each cell of level 2 holds 8 cubes.
+/// - Single octree: the root cell has side 100. A cell touches at most one cube if it is narrower than a gap. That is
+///   so from level 10 on, with cells of side 100/1024. At level 9, cells of side 100/512 are wider than a gap, and a
+///   cell between eight cubes holds triangles of all eight.
 pub fn fig3() -> Model {
     const PITCH: f32 = 1.125;
     const SIDE: f32 = 7.0 * PITCH + 1.0;
@@ -79,51 +79,53 @@ pub fn fig3() -> Model {
     model
 }
 
-/// The floor of figure 4: 5,000 triangles, and a light above it half as wide.
+/// Quads along each side of the floor of figure 4, which has 5,000 triangles.
 ///
-/// A quad of the usual floor has side 0.72, and its triangles' boxes a diagonal of 1.02: more than twice
-/// that of every teapot triangle, 0.47. That makes the floor a size class, and so a cluster, of its
-/// own, although the teapots stand on it. Under the larger teapot of figure 4(d) the floor is wider in
-/// proportion.
+/// A quad of the usual floor has side 0.72, so the bounding boxes of its triangles have a diagonal of 1.02. That is
+/// more than twice the largest diagonal of a teapot triangle, 0.47. The floor therefore is a size class and a cluster
+/// of its own, although the teapots stand on it. The floor of figure 4(d) is three times as wide, as its largest teapot
+/// is.
 const FLOOR_DIVISIONS: u32 = 50;
+/// Side of the usual floor.
 const USUAL_SIDE: f32 = 36.0;
-/// Teapots are 6.4 long and 4 wide; side by side they are 0.04 apart, nearer than the proximity of their
-/// triangles.
+/// Distance of the centres of teapots in a row. A teapot is 4 wide, so neighbours are 0.04 apart: less than the gap up
+/// to which their triangles join one cluster.
 const STEP: f32 = 4.04;
 
-/// Where the middle of a row of teapots stands, and how many there are.
-type FloorRow = ((f32, f32), u8);
+/// Row of teapots: the position of its middle, and the number of teapots.
+type TeapotRow = ((f32, f32), u8);
 
-/// Figure 4(a): a floor and five teapots in one row; 2 clusters.
+/// Makes figure 4(a): a floor and five teapots in one row; 2 clusters.
 pub fn fig4a() -> Model {
     on_floor("fig4a", USUAL_SIDE, &[((0.0, 0.0), 5)])
 }
 
-/// Figure 4(b): a floor and five teapots in rows of three and two; 3 clusters.
+/// Makes figure 4(b): a floor and five teapots in rows of three and two; 3 clusters.
 pub fn fig4b() -> Model {
     on_floor("fig4b", USUAL_SIDE, &[((-8.0, 0.0), 3), ((8.0, 0.0), 2)])
 }
 
-/// Figure 4(c): a floor and five teapots in rows of two, two and one; 4 clusters.
+/// Makes figure 4(c): a floor and five teapots in rows of two, two and one; 4 clusters.
 pub fn fig4c() -> Model {
     on_floor("fig4c", USUAL_SIDE, &GROUPS_OF_C)
 }
 
-const GROUPS_OF_C: [FloorRow; 3] = [((-10.0, -7.0), 2), ((10.0, -7.0), 2), ((0.0, 12.0), 1)];
+const GROUPS_OF_C: [TeapotRow; 3] = [((-10.0, -7.0), 2), ((10.0, -7.0), 2), ((0.0, 12.0), 1)];
 
-/// Figure 4(d): five teapots around a sixth that is three times as large; 5 clusters.
+/// Makes figure 4(d): five teapots around a sixth that is three times as large; 5 clusters.
 ///
-/// Sizes of the large teapot's triangles overlap with those of the others', so it is in their size
-/// class; it is a cluster of its own because it stands apart. Two size classes: teapots, floor.
+/// There are two size classes, the teapots and the floor. The sizes of the large teapot's triangles overlap with those
+/// of the other teapots, so the large teapot is in their size class. It is a cluster of its own because it stands
+/// apart.
 pub fn fig4d() -> Model {
     let rows = [((-22.0, -12.0), 2), ((22.0, -12.0), 2), ((0.0, 24.0), 1)];
     with_sixth(on_floor("fig4d", 3.0 * USUAL_SIDE, &rows), 3.0)
 }
 
-/// Figure 4(e): as 4(c), and in the middle a sixth teapot, a fiftieth as large; 5 clusters.
+/// Makes figure 4(e): figure 4(c) with a sixth teapot in the middle, a fiftieth as large; 5 clusters.
 ///
-/// Its largest triangles are less than half as large as the smallest of the others, so it is a size class
-/// of its own, the third. It would be a cluster of its own without that, because it stands apart.
+/// The largest triangles of the small teapot are less than half as large as the smallest of the other teapots, so the
+/// small teapot is a third size class. It would be a cluster of its own in any case, because it stands apart.
 pub fn fig4e() -> Model {
     with_sixth(on_floor("fig4e", USUAL_SIDE, &GROUPS_OF_C), 0.02)
 }
@@ -134,8 +136,8 @@ fn with_sixth(mut model: Model, scale: f32) -> Model {
     model
 }
 
-/// A floor around the origin, rows of teapots along y, and a light high enough above for all of them.
-fn on_floor(name: &str, side: f32, rows: &[FloorRow]) -> Model {
+/// Makes a floor around the origin, rows of teapots along y, and a light above them, half as wide as the floor.
+fn on_floor(name: &str, side: f32, rows: &[TeapotRow]) -> Model {
     let mut model = Model::named(name);
     let floor = shapes::floor(Vec3::ZERO, side, FLOOR_DIVISIONS);
     model.add_object("floor", floor, FLOOR_REFLECTANCE);
@@ -172,7 +174,7 @@ mod tests {
         assert_eq!(model.object_names.len(), objects);
         let flux: f32 = model.lights.iter().map(|light| light.flux).sum();
         assert_eq!(flux, 100.0);
-        // Not by a hair: half and double the default proximity find the same.
+        // The counts have a margin: half and double the default proximity give the same.
         for proximity in [0.25, 0.5, 1.0] {
             let options = Options { proximity, ..Options::default() };
             assert_eq!(cluster_counts(&model.scene(), &options), clusters, "{}", model.name);
@@ -219,7 +221,7 @@ mod tests {
         }
     }
 
-    /// The deepest level and the largest leaf with leaves of 12 and any level allowed.
+    /// Returns the deepest level and the largest leaf of an index with leaves of 12 and levels up to `level`.
     fn levels<R: Representation>(model: &Model, level: u32) -> (u32, u32) {
         let options = Options { level: Level::AtMost(level), ..Options::default() };
         let scene = model.scene();
@@ -238,7 +240,7 @@ mod tests {
         let model = fig3();
         assert_eq!(levels::<Clustered<Octree>>(&model, 20), (3, 12));
         assert_eq!(levels::<Octree>(&model, 20), (10, 12));
-        // One level less is too few.
+        // One level less leaves cells with more than 12 triangles.
         assert!(levels::<Clustered<Octree>>(&model, 2).1 > 12);
         assert!(levels::<Octree>(&model, 9).1 > 12);
     }

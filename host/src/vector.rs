@@ -1,7 +1,7 @@
-//! Vectors of `f64`, for what `f32` is too coarse for: points on triangles, normals, frames.
+//! Vectors of three `f64`, for computations in which `f32` is too coarse: points on triangles, normals, frames.
 //!
-//! Every operation is the plain sum of products from left to right, without fused steps, so that the
-//! bits are the same on every target.
+//! Every operation is the plain sum of products from left to right, without fused multiply-adds, so the bits are the
+//! same on every target.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -16,11 +16,17 @@ pub(crate) struct Vector64 {
 }
 
 impl Vector64 {
+    pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
+
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self { x, y, z }
     }
 
-    /// The nearest `f32` of each coordinate.
+    pub fn to_array(self) -> [f64; 3] {
+        [self.x, self.y, self.z]
+    }
+
+    /// Rounds each coordinate to the nearest `f32`.
     pub fn rounded(self) -> Vec3 {
         Vec3::new(self.x as f32, self.y as f32, self.z as f32)
     }
@@ -41,7 +47,7 @@ impl Vector64 {
         self.dot(self).sqrt()
     }
 
-    /// The largest size of a coordinate.
+    /// Returns the largest absolute value of a coordinate.
     pub fn largest(self) -> f64 {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
@@ -50,6 +56,12 @@ impl Vector64 {
 impl From<Vec3> for Vector64 {
     fn from(v: Vec3) -> Self {
         Self { x: f64::from(v.x), y: f64::from(v.y), z: f64::from(v.z) }
+    }
+}
+
+impl From<[f64; 3]> for Vector64 {
+    fn from([x, y, z]: [f64; 3]) -> Self {
+        Self { x, y, z }
     }
 }
 

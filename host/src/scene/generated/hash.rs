@@ -1,36 +1,36 @@
-//! Random numbers without a state: the n-th number of a seed is a function of both.
+//! Random numbers without a state: each number is a function of the seed, the object and the number's position.
 //!
-//! A building's shape therefore does not depend on how many numbers its neighbours drew.
+//! The shape of a building therefore does not depend on how many numbers other buildings draw.
 //!
 //! # Source
 //! The mixing function of splitmix64: G. Steele, D. Lea, C. Flood, *Fast Splittable Pseudorandom Number
 //! Generators*, 2014; its constants are theirs.
 
-/// Numbers drawn for one thing, such as one building.
+/// Random numbers of one object, such as one building.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Draws {
     key: u64,
 }
 
 impl Draws {
-    /// The numbers of thing `index` of a scene with this seed.
+    /// Creates the numbers of object `index` of a scene with this seed.
     pub fn new(seed: u64, index: u64) -> Self {
         Self { key: mixed(mixed(seed).wrapping_add(index)) }
     }
 
-    /// The number `place`, 0 or more and less than 1, a multiple of 2^-24.
-    pub fn unit(self, place: u64) -> f32 {
-        (mixed(self.key.wrapping_add(place)) >> 40) as f32 / 16_777_216.0
+    /// Returns number `nth`: a multiple of 2^-24 in `0..1`.
+    pub fn unit(self, nth: u64) -> f32 {
+        (mixed(self.key.wrapping_add(nth)) >> 40) as f32 / 16_777_216.0
     }
 
-    /// The number `place`, from `low` to `high`.
-    pub fn between(self, place: u64, low: f32, high: f32) -> f32 {
-        low + (high - low) * self.unit(place)
+    /// Returns number `nth`, from `low` to `high`.
+    pub fn between(self, nth: u64, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit(nth)
     }
 
-    /// The number `place`, a whole number below `count`; 0 if `count` is 0.
-    pub fn below(self, place: u64, count: u32) -> u32 {
-        ((u64::from(count) * (mixed(self.key.wrapping_add(place)) >> 32)) >> 32) as u32
+    /// Returns number `nth` as a whole number below `count`; 0 if `count` is 0.
+    pub fn below(self, nth: u64, count: u32) -> u32 {
+        ((u64::from(count) * (mixed(self.key.wrapping_add(nth)) >> 32)) >> 32) as u32
     }
 }
 
@@ -54,13 +54,13 @@ mod tests {
     #[test]
     fn numbers_stay_in_range_and_cover_it() {
         let draws = Draws::new(7, 3);
-        let units: Vec<f32> = (0..1000).map(|place| draws.unit(place)).collect();
+        let units: Vec<f32> = (0..1000).map(|nth| draws.unit(nth)).collect();
         assert!(units.iter().all(|unit| (0.0..1.0).contains(unit)));
         assert!(units.iter().any(|&unit| unit < 0.01) && units.iter().any(|&unit| unit > 0.99));
         for value in 0..5 {
-            assert!((0..1000).any(|place| draws.below(place, 5) == value));
+            assert!((0..1000).any(|nth| draws.below(nth, 5) == value));
         }
-        assert!((0..1000).all(|place| draws.below(place, 5) < 5));
+        assert!((0..1000).all(|nth| draws.below(nth, 5) < 5));
         assert_eq!(draws.below(0, 0), 0);
     }
 }

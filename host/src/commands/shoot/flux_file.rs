@@ -1,12 +1,11 @@
-//! The file that `shoot --out` writes: the photons that each triangle received, by side.
+//! File that `shoot --out` writes: the photons and the flux that each side of each triangle received.
 
 use std::path::Path;
 
-use super::hit_files::write_npy;
-use crate::file_output::write_file;
+use crate::file_output::{write_file, write_npy};
 use crate::photon::Shot;
 
-/// The photons and watts that one triangle received.
+/// Row of the file: photons and watts that one triangle received, by side.
 #[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]
 struct Received {
     front_photons: u64,
@@ -15,10 +14,10 @@ struct Received {
     back_flux: f64,
 }
 
-/// The columns of the CSV file: the triangle, and the fields of the array.
+/// Columns of the CSV file: the triangle, then the fields of the array.
 const COLUMNS: [&str; 5] = ["triangle", "front_photons", "back_photons", "front_flux", "back_flux"];
 
-/// Writes a row for each triangle in the order of ids: as CSV if the name ends in .csv, else as a structured array.
+/// Writes one row for each triangle, in the order of ids: as CSV if the name ends in .csv, else as a structured array.
 ///
 /// # Errors
 /// If the file cannot be written.

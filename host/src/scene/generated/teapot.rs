@@ -1,45 +1,46 @@
-//! The teapot: 32 bicubic patches, divided into triangles.
+//! Teapot: 32 bicubic patches, divided into triangles.
 //!
-//! The control points are decimal fractions and the parameters are `i / n`, so each corner is a
-//! rational number. It is computed in whole numbers and rounded once. Patches that meet therefore share
-//! their corners bit for bit, whichever way each runs, and triangles at the poles of lid and bottom
-//! have exactly no area.
+//! The control points are decimal fractions and the parameters are `i / n`, so each corner is a rational number. It is
+//! computed in whole numbers and rounded once. Two consequences:
+//!
+//! - Neighbouring patches share their corners bit for bit, whichever way each patch runs.
+//! - Triangles at the poles of lid and bottom have exactly no area.
 //!
 //! # Source
-//! M. Newell, *The Utilization of Procedure Models in Digital Image Synthesis*, 1975, for the figures in
-//! `teapot_patches.txt`, in the usual squat proportions; z is up, the bottom is at z = 0.
+//! M. Newell, *The Utilization of Procedure Models in Digital Image Synthesis*, 1975, for the control points in
+//! `teapot_patches.txt`. Proportions are the usual squat ones. z is up; the bottom is at z = 0.
 
 use arboleda::{Triangle, Vec3};
 
-/// The control points and patches.
+/// Control points and patches.
 const PATCHES: &str = include_str!("teapot_patches.txt");
 
 /// Divisions of a patch that give the paper's teapot of about 5,000 triangles: 5,112.
 pub const PAPER_DIVISIONS: u32 = 9;
 
-/// The most divisions: 4 million triangles, and far from the limits of the whole numbers.
+/// Most divisions: 4 million triangles. The whole numbers stay far below the limits of `i128`.
 const MOST_DIVISIONS: u32 = 256;
 
-/// Control points are multiples of a millionth.
+/// Parts of a unit: control points are multiples of a millionth.
 const UNIT: f64 = 1e6;
 
-type ScaledPoint = [i128; 3];
+type WholePoint = [i128; 3];
 
-/// Where a teapot stands.
+/// Position, scale and rotation of a teapot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// The middle of the bottom.
+    /// Centre of the bottom.
     pub base: Vec3,
-    /// 1 for a teapot 3.15 high, 6.43 long from handle to spout (along x, the spout at larger x) and 4
-    /// wide.
+    /// Scale. At 1 a teapot is 3.15 high, 4 wide, and 6.43 long from handle to spout; it lies along x, the spout at
+    /// larger x.
     pub scale: f32,
-    /// Quarter turns counter-clockwise seen from above; exact, unlike other angles.
+    /// Quarter turns counter-clockwise, seen from above. They are exact; other angles would not be.
     pub quarter_turns: u32,
 }
 
-/// The triangles of a teapot at the origin, each patch in `divisions x divisions` quads (1 to 256).
+/// Makes a teapot at the origin, each patch in `divisions x divisions` quads (1 to 256).
 ///
-/// In the order of the patches; triangles without area are left out. The same bits everywhere.
+/// Triangles are in the order of the patches; those without area are left out. The bits are the same on every target.
 pub fn teapot(divisions: u32) -> Vec<Triangle> {
     let n = i128::from(divisions.clamp(1, MOST_DIVISIONS));
     let mut triangles = Vec::new();
@@ -64,7 +65,7 @@ pub fn teapot(divisions: u32) -> Vec<Triangle> {
     triangles
 }
 
-/// The same, turned, scaled and moved.
+/// Makes a teapot, then turns, scales and moves it.
 pub fn teapot_at(divisions: u32, placement: Placement) -> Vec<Triangle> {
     placed(&teapot(divisions), placement)
 }
@@ -83,21 +84,21 @@ pub(super) fn placed(triangles: &[Triangle], placement: Placement) -> Vec<Triang
     triangles.iter().map(|t| Triangle::new(at(t.a), at(t.b), at(t.c))).collect()
 }
 
-/// The point of a cubic curve at `i / n`, times `n^3`.
-fn bezier(control: [ScaledPoint; 4], i: i128, n: i128) -> ScaledPoint {
+/// Computes the point of a cubic curve at `i / n`, times `n^3`.
+fn bezier(control: [WholePoint; 4], i: i128, n: i128) -> WholePoint {
     let k = n - i;
     let weights = [k * k * k, 3 * k * k * i, 3 * k * i * i, i * i * i];
     [0, 1, 2].map(|axis| (0..4).map(|at| weights[at] * control[at][axis]).sum())
 }
 
-/// A point of a patch, which is still `n^3 * n^3 / UNIT` times too large.
-fn rounded(point: ScaledPoint, n: i128) -> Vec3 {
+/// Rounds a point of a patch, which is still multiplied by `n^3 * n^3 * UNIT`.
+fn rounded(point: WholePoint, n: i128) -> Vec3 {
     let scale = n.pow(6) as f64 * UNIT;
     Vec3::from_array(point.map(|coordinate| (coordinate as f64 / scale) as f32))
 }
 
-/// The 16 control points of each patch, in millionths.
-fn patches() -> Vec<[ScaledPoint; 16]> {
+/// Reads the 16 control points of each patch, in millionths.
+fn patches() -> Vec<[WholePoint; 16]> {
     let mut points = Vec::new();
     let mut patches = Vec::new();
     for line in PATCHES.lines() {
@@ -169,7 +170,7 @@ mod tests {
 
     #[test]
     fn counts_follow_the_divisions() {
-        // Eight patches have a pole: one triangle without area in each of its n quads there.
+        // Eight patches have a pole, at which each of n quads has one triangle without area.
         for n in [1, 2, 5, 20] {
             assert_eq!(teapot(n).len() as u32, 64 * n * n - 8 * n);
         }
@@ -178,7 +179,7 @@ mod tests {
 
     #[test]
     fn neighbouring_patches_share_corners() {
-        // The rim, body and bottom are closed rings; count each body edge's use by its bits.
+        // The body is a closed ring: only its upper and lower edges belong to one triangle. Edges are compared by bits.
         let body: Vec<Triangle> = teapot(4).into_iter().skip(4 * 32).take(8 * 32).collect();
         let mut ends = std::collections::HashMap::new();
         let bits = |point: Vec3| point.to_array().map(|x| (x + 0.0).to_bits());
@@ -188,7 +189,7 @@ mod tests {
                 *ends.entry((p.min(q), p.max(q))).or_insert(0) += 1;
             }
         }
-        // 4 patches of 4 quads around, at the upper and at the lower end.
+        // 4 patches of 4 quads at the upper end and as many at the lower end.
         assert_eq!(ends.values().filter(|&&times| times == 1).count(), 32);
     }
 

@@ -1,14 +1,16 @@
 //! Simple surfaces: floors, boxes, spheres.
 //!
-//! Triangles that meet share their corners bit for bit, so a closed surface has no cracks. Closed
-//! surfaces are wound counter-clockwise seen from outside.
+//! Neighbouring triangles share their corners bit for bit, so a closed surface has no cracks. Triangles of closed
+//! surfaces are wound counter-clockwise, seen from outside.
 
 use std::collections::HashMap;
 
 use arboleda::{Aabb, Triangle, Vec3};
 
-/// A horizontal square around `centre`, of `divisions x divisions` quads of two triangles each,
-/// facing up. None for 0 divisions.
+use crate::vector::Vector64;
+
+/// Makes a horizontal square around `centre`, facing up, of `divisions x divisions` quads of two triangles each. With 0
+/// divisions there are no triangles.
 pub fn floor(centre: Vec3, side: f32, divisions: u32) -> Vec<Triangle> {
     let half = side * 0.5;
     let (lo, hi) = (centre - Vec3::new(half, half, 0.0), centre + Vec3::new(half, half, 0.0));
@@ -24,16 +26,16 @@ pub fn floor(centre: Vec3, side: f32, divisions: u32) -> Vec<Triangle> {
     triangles
 }
 
-/// A cube around `centre`: 12 triangles.
+/// Makes a cube around `centre`: 12 triangles.
 pub fn cube(centre: Vec3, side: f32) -> Vec<Triangle> {
     let half = Vec3::splat(side * 0.5);
     cuboid(Aabb::new(centre - half, centre + half), 1)
 }
 
-/// The surface of a box, each face of `divisions x divisions` quads: `12 divisions^2` triangles.
+/// Makes the surface of a box, each face of `divisions x divisions` quads: `12 divisions^2` triangles.
 pub fn cuboid(bounds: Aabb, divisions: u32) -> Vec<Triangle> {
     let (lo, hi) = (bounds.lo, bounds.hi);
-    // Octant bits as everywhere: bit 0 is the upper end in x, bit 1 in y, bit 2 in z.
+    // Bit 0 of a corner selects the upper end in x, bit 1 in y, bit 2 in z, as in the core's octants.
     let corner = |bits: u32| {
         Vec3::new(
             if bits & 1 == 0 { lo.x } else { hi.x },
@@ -50,13 +52,13 @@ pub fn cuboid(bounds: Aabb, divisions: u32) -> Vec<Triangle> {
     triangles
 }
 
-/// A quad with parallel sides along the axes, divided into `across x along` quads of two triangles.
+/// Divides a parallelogram with sides along the axes into `across x along` quads of two triangles.
 ///
-/// `corners` run around it counter-clockwise; `across` divides the first side, `along` the second.
+/// `corners` are in counter-clockwise order. `across` divides the first side, `along` the second.
 pub(super) fn patch(corners: [Vec3; 4], across: u32, along: u32, mut emit: impl FnMut(Triangle)) {
     let [a, b, c, _] = corners;
-    // Each coordinate changes along one side at most, and is computed from its two ends in the same
-    // order whichever way a face runs: neighbouring faces get the same bits.
+    // Each coordinate changes along one side at most. It is interpolated from the lower to the upper end, whichever way
+    // the face runs, so neighbouring faces get the same bits.
     let coordinate = |from: f32, to: f32, step: u32, steps: u32| {
         let (low, high, step) =
             if from <= to { (from, to, step) } else { (to, from, steps - step) };
@@ -78,15 +80,15 @@ pub(super) fn patch(corners: [Vec3; 4], across: u32, along: u32, mut emit: impl 
     }
 }
 
-/// The most subdivisions of a sphere: 20 * 4^9 is five million triangles.
+/// Most subdivisions of a sphere: 20 * 4^9 is five million triangles.
 const MOST_SUBDIVISIONS: u32 = 9;
 
-/// A closed sphere of radius 1 around the origin: an icosahedron whose triangles were divided in four
-/// as often as said (at most 9 times), `20 * 4^subdivisions` triangles.
+/// Makes a closed sphere of radius 1 around the origin: an icosahedron whose triangles are divided into four
+/// `subdivisions` times (at most 9), which gives `20 * 4^subdivisions` triangles.
 ///
-/// Every corner is computed once: neighbours share it exactly.
+/// Every corner is computed once, so neighbours share it exactly.
 pub fn closed_sphere(subdivisions: u32) -> Vec<Triangle> {
-    // 1. The icosahedron: three golden rectangles, one across each axis.
+    // 1. The corners of an icosahedron are those of three golden rectangles, one across each axis.
     let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut corners = Vec::new();
     for axis in 0..3 {
@@ -94,20 +96,19 @@ pub fn closed_sphere(subdivisions: u32) -> Vec<Triangle> {
             let mut corner = [0.0; 3];
             corner[(axis + 1) % 3] = short;
             corner[(axis + 2) % 3] = long;
-            corners.push(on_sphere(corner));
+            corners.push(on_sphere(corner.into()));
         }
     }
     let mut faces = icosahedron_faces(&corners);
 
-    // 2. Each edge's midpoint, moved out to the sphere, is shared by the two triangles beside it.
+    // 2. Subdivision: the midpoint of each edge, moved out to the sphere, is shared by the two triangles of the edge.
     for _ in 0..subdivisions.min(MOST_SUBDIVISIONS) {
         let mut midpoints = HashMap::with_capacity(faces.len() * 3 / 2);
         let mut divided = Vec::with_capacity(faces.len() * 4);
         for [a, b, c] in faces {
             let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[a, b]: [usize; 2]| {
                 *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                    let [p, q]: [[f64; 3]; 2] = [corners[a.min(b)], corners[a.max(b)]];
-                    corners.push(on_sphere([p[0] + q[0], p[1] + q[1], p[2] + q[2]]));
+                    corners.push(on_sphere(corners[a.min(b)] + corners[a.max(b)]));
                     corners.len() - 1
                 })
             });
@@ -116,13 +117,12 @@ pub fn closed_sphere(subdivisions: u32) -> Vec<Triangle> {
         faces = divided;
     }
 
-    // 3. Rounded last, alike for all triangles around a corner.
-    let rounded: Vec<Vec3> =
-        corners.iter().map(|corner| Vec3::from_array(corner.map(|x| x as f32))).collect();
+    // 3. Rounding, once for each corner.
+    let rounded: Vec<Vec3> = corners.iter().map(|corner| corner.rounded()).collect();
     faces.iter().map(|&[a, b, c]| Triangle::new(rounded[a], rounded[b], rounded[c])).collect()
 }
 
-/// A closed sphere of the given radius around `centre`; see [`closed_sphere`].
+/// Makes a closed sphere around `centre`, divided as [`closed_sphere`] is.
 pub fn sphere_at(centre: Vec3, radius: f32, subdivisions: u32) -> Vec<Triangle> {
     let moved = |point: Vec3| centre + point * radius;
     closed_sphere(subdivisions)
@@ -131,20 +131,16 @@ pub fn sphere_at(centre: Vec3, radius: f32, subdivisions: u32) -> Vec<Triangle> 
         .collect()
 }
 
-/// The triples of corners at the length of an edge from each other, wound outwards.
-fn icosahedron_faces(corners: &[[f64; 3]]) -> Vec<[usize; 3]> {
-    // On the unit sphere, neighbours' cosine is 1/sqrt(5) = 0.447, that of others negative.
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let near = |a: usize, b: usize| dot(corners[a], corners[b]) > 0.0;
+/// Finds the faces: the triples of corners one edge length apart, wound outwards.
+fn icosahedron_faces(corners: &[Vector64]) -> Vec<[usize; 3]> {
+    // On the unit sphere, the cosine between neighbouring corners is 1/sqrt(5) = 0.447; between others it is negative.
+    let near = |a: usize, b: usize| corners[a].dot(corners[b]) > 0.0;
     let count = corners.len();
     let mut faces = Vec::new();
     for a in 0..count {
         for b in (a + 1..count).filter(|&b| near(a, b)) {
             for c in (b + 1..count).filter(|&c| near(a, c) && near(b, c)) {
-                let (p, q, r) = (corners[a], corners[b], corners[c]);
-                let volume = p[0] * (q[1] * r[2] - q[2] * r[1])
-                    + p[1] * (q[2] * r[0] - q[0] * r[2])
-                    + p[2] * (q[0] * r[1] - q[1] * r[0]);
+                let volume = corners[a].dot(corners[b].cross(corners[c]));
                 faces.push(if volume > 0.0 { [a, b, c] } else { [a, c, b] });
             }
         }
@@ -152,9 +148,8 @@ fn icosahedron_faces(corners: &[[f64; 3]]) -> Vec<[usize; 3]> {
     faces
 }
 
-fn on_sphere(point: [f64; 3]) -> [f64; 3] {
-    let length = (point[0] * point[0] + point[1] * point[1] + point[2] * point[2]).sqrt();
-    point.map(|coordinate| coordinate / length)
+fn on_sphere(point: Vector64) -> Vector64 {
+    point / point.length()
 }
 
 #[cfg(test)]

@@ -1,0 +1,166 @@
+//! `arboleda shoot`: photons through one index, or the same photons through each.
+
+mod comparison;
+mod flux_file;
+mod light;
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use arboleda::{IndexKind, Vec3};
+use clap::Args;
+
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
+use super::output::{count, duration, say};
+use super::values::{MOST_PHOTONS, file_ending_in, threads, whole};
+use crate::OwnedIndex;
+use crate::bench::progress::during;
+use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
+use crate::file_output::check_writable;
+use crate::photon::{Counting, ShootOptions, Shot};
+use crate::report::{Canvas, paint_irradiance};
+use crate::scene::Model;
+pub use comparison::{ShotComparison, print_digests, print_rows};
+use flux_file::write_flux;
+use light::{GivenLight, light};
+
+/// Shoot photons from the lights of a scene through one index, or through each
+///
+/// OUT has one row for each triangle, in the order of ids. Ids count faces in file order after triangulation. The .npy
+/// file is a structured array
+/// [('front_photons','<u8'),('back_photons','<u8'),('front_flux','<f8'),('back_flux','<f8')]; the .csv file has the
+/// column triangle, then the same columns. Every hit of a photon counts, whether the triangle absorbs or reflects it.
+/// Flux is in watts. The front of a triangle is the side from which its corners, in the order of the file, are seen
+/// counter-clockwise.
+#[derive(Args)]
+// The help names columns as the file does, not as code.
+#[allow(clippy::doc_markdown)]
+pub struct Shoot {
+    #[command(flatten)]
+    scene: SceneArguments,
+    #[command(flatten)]
+    index: IndexChoice,
+    /// Number of photons: 1000000, 1_000_000, 1e6 or 1M
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = whole::<u64>(1..=MOST_PHOTONS))]
+    photons: u64,
+    /// Number of threads: 1 to 256, or to the number of processors if that is larger [default: one on each processor]
+    #[arg(long, value_name = "K", value_parser = threads())]
+    threads: Option<usize>,
+    /// Another seed gives other photons
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// An area light that replaces the scene's lights: a corner, two edges, and the flux in watts. The light shines to
+    /// the side of the cross product of the edges. Coordinates are those of the scene's file, with `--origin` too. May
+    /// be given several times
+    #[arg(long, value_name = "CX,CY,CZ,UX,UY,UZ,VX,VY,VZ,FLUX", value_parser = light, allow_hyphen_values = true)]
+    light: Vec<GivenLight>,
+    /// Also count the nodes visited and the triangles tested
+    #[arg(long)]
+    counters: bool,
+    /// Write the photons and the flux that each side of each triangle received
+    #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]))]
+    out: Option<PathBuf>,
+    /// Write a picture of the light that arrived
+    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
+    picture: Option<PathBuf>,
+    #[command(flatten)]
+    build: BuildArguments,
+}
+
+impl Shoot {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// If the scene cannot be loaded, an output cannot be written, or two indices do not agree.
+    pub fn run(&self) -> anyhow::Result<()> {
+        for path in [&self.out, &self.picture].into_iter().flatten() {
+            check_writable(path)?;
+        }
+        let mut model = self.scene.load()?;
+        if !self.light.is_empty() {
+            model.lights = self.light.iter().map(|light| light.place(model.origin)).collect();
+        }
+        let model = model.with_default_light(self.scene.up);
+        say!(
+            "{}: {} triangles, {} photons",
+            model.name,
+            count(model.triangles.len() as u64),
+            count(self.photons)
+        );
+        let options = ShootOptions {
+            photons: self.photons,
+            seed: self.seed,
+            threads: self.threads,
+            counting: if self.counters { Counting::On } else { Counting::Off },
+            ..ShootOptions::default()
+        };
+        // A scene that emits no photons gives no sample; the selection then sees the triangles only.
+        let sample = self.index.uses_rays().then(|| {
+            let photons = SAMPLE_PHOTONS.min(self.photons);
+            during("sampling", || Workload::of_photons(&model, photons, self.seed).ok())
+        });
+        let sample = sample.flatten();
+        let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], Workload::sample));
+        // A photon's first ray and, with the usual reflectances, one bounce.
+        let scene = scene.expecting(self.photons.saturating_mul(2));
+        let kinds = self.index.kinds(&scene, &self.build.options())?;
+        let comparison =
+            ShotComparison { model: &model, scene, build: self.build.options(), options };
+        let rows = comparison.run(&kinds)?;
+        print_rows(&rows);
+        print_digests(&rows)?;
+        let last = rows.last().context("no index was named")?;
+        let shot = rows.iter().map(|row| &row.shot).max_by_key(|shot| shot.emitted_photons);
+        summarise(shot.unwrap_or(&last.shot));
+
+        let shot = shot.unwrap_or(&last.shot);
+        if let Some(path) = &self.out {
+            write_flux(path, shot)?;
+            log::info!("photons and flux of each triangle: {}", path.display());
+        }
+        if let Some(path) = &self.picture {
+            let mut canvas = Canvas::new(1280, 900);
+            let up = self.scene.up.vector(&model);
+            during("painting", || -> anyhow::Result<()> {
+                let (scene, options) = (self.build.scene(&model), self.build.options());
+                let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &options)?;
+                paint_light(&mut canvas, &owned, &model, shot, up);
+                canvas.save(path)
+            })?;
+            log::info!("picture: {}", path.display());
+        }
+        Ok(())
+    }
+}
+
+/// Paints the irradiance of the model's triangles by a shot.
+pub fn paint_light(canvas: &mut Canvas, owned: &OwnedIndex, model: &Model, shot: &Shot, up: Vec3) {
+    let irradiance: Vec<f64> = (0..)
+        .zip(&model.triangles)
+        .map(|(id, triangle)| shot.irradiance(arboleda::TriangleId(id), triangle))
+        .collect();
+    let index = owned.index();
+    let index = index.as_ray_index();
+    let title = format!(
+        "{}: irradiance by {} photons, {} W",
+        model.name,
+        count(shot.emitted_photons),
+        shot.total_flux
+    );
+    paint_irradiance(canvas, index, &model.triangles, &model.bounds(), &irradiance, up, &title);
+}
+
+fn summarise(shot: &Shot) {
+    say!(
+        "{} rays, {} hits, {} absorbed, {} escaped, {} refused, {} cut off; {} on {} thread{}",
+        count(shot.ray_count),
+        count(shot.hit_count),
+        count(shot.absorbed),
+        count(shot.escaped),
+        count(shot.refused),
+        count(shot.cut_off),
+        duration(shot.seconds),
+        shot.thread_count,
+        if shot.thread_count == 1 { "" } else { "s" },
+    );
+}
