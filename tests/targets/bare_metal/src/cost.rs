@@ -1,4 +1,5 @@
-//! Cost of rays in each index on a processor, beside their counters: the rows that `auto`'s weights are fitted to.
+//! Cost of rays in each index on a processor, with their counters. The weights of the core's `select` are fitted to
+//! these rows.
 
 use core::fmt::{self, Write};
 
@@ -6,15 +7,15 @@ use arboleda::{AnyIndex, Block, Counters, IndexKind, Options, Ray, Scene, Vec3};
 
 use crate::{Memory, Numbers, TRIANGLES, write_scene};
 
-/// Numbers of triangles that are indexed, from the scene's first.
+/// Numbers of triangles of the indexed scenes, each a prefix of the scene's triangles.
 const COUNTS: [usize; 5] = [24, 72, 120, 200, TRIANGLES];
 const RAYS: usize = 64;
 
-/// Writes a line for each index and number of triangles: name, triangles, rays, nodes, tests, and how far `clock`
-/// went on during the same rays, not counted.
+/// Writes a line for each index and number of triangles: name, triangles, rays, nodes, tests, time, hits. The time is
+/// that of `clock` for the same rays without counting.
 ///
 /// # Errors
-/// Fails if the output or a build does.
+/// If the output or a build fails.
 pub fn run(out: &mut dyn Write, clock: impl Fn() -> u64) -> fmt::Result {
     let memory = crate::memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {
@@ -55,7 +56,7 @@ fn line(
     writeln!(out, "{name} {triangles} {rays} {nodes_visited} {triangle_tests} {time} {hits}")
 }
 
-/// Rays from anywhere to anywhere: few of them meet a corner or an edge, which would be decided exactly.
+/// Makes random rays. Few of them hit a corner or an edge, where the slow exact kernel would decide.
 fn rays() -> [Option<Ray>; RAYS] {
     let mut numbers = Numbers(7);
     [(); RAYS].map(|()| {

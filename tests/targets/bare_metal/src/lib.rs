@@ -1,10 +1,15 @@
-//! A small fixed scene and fixed rays through every index, as one line of digests per index.
+//! Digests of a small fixed scene and fixed rays through every index, one line for each index.
 //!
-//! Everything is made of integers and exactly representable fractions, so all targets start from the
-//! same bits; the digests say whether they also end with the same bits. Hits and counters must be the
-//! same everywhere, and hits the same for every index. Index bytes are the same on machines of one byte order.
+//! Scene and rays are made of integers and exactly representable fractions, so all targets start from the same bits.
+//! The digests show whether they end with the same bits:
+//!
+//! - Hits are the same on every target and for every index.
+//! - Counters are the same on every target.
+//! - Index bytes are the same on all targets of one byte order.
 #![no_std]
 
+#[cfg(all(target_arch = "arm", target_os = "none"))]
+pub mod cortex_m;
 pub mod cost;
 #[cfg(target_arch = "arm")]
 pub mod stack;
@@ -15,26 +20,28 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use arboleda::{AnyIndex, Block, Counters, Hit, IndexKind, Options, Ray, Scene, Triangle, Vec3};
 
-/// The floor is `FLOOR x FLOOR` squares; each group is `CUBES` cubes an axis.
+/// Squares along each side of the floor.
 const FLOOR: usize = 6;
+/// Cubes of a group along each axis.
 const CUBES: usize = 2;
+/// Position and cube side of each group.
 const GROUPS: [(Vec3, f32); 4] = [
     (Vec3::new(-12.0, 0.0, -9.0), 1.0),
     (Vec3::new(7.5, 0.0, -8.0), 1.5),
     (Vec3::new(-6.0, 0.0, 10.25), 0.75),
-    // Floats, and is too small for the size class of the others.
+    // The fourth group is above the floor, and too small for the size class of the others.
     (Vec3::new(9.0, 5.0, 9.0), 0.03125),
 ];
 const CUBE_TRIANGLES: usize = 12;
 const TRIANGLES: usize = 2 * FLOOR * FLOOR + GROUPS.len() * CUBES * CUBES * CUBES * CUBE_TRIANGLES;
 
 const RAYS: u32 = 400;
-/// Too few for some rays, so that the digest covers truncation.
+/// Room for all hits, too little for some rays, so that the digest covers truncation.
 const MOST_HITS: usize = 4;
-/// One more than take turns.
+/// Rays of a batch query: one more than are traced in turn.
 const IN_A_BATCH: usize = 5;
 
-/// What the builds may use. 256 KiB each: ten times what most of these indices need.
+/// Blocks of the arena and of the scratch: 256 KiB each, ten times the need of most of these indices.
 const BLOCKS: usize = 4096;
 
 struct Memory {
@@ -49,26 +56,26 @@ static mut MEMORY: Memory = Memory {
     scratch: [Block::ZERO; BLOCKS],
 };
 
-/// The static memory, the first time.
+/// Returns the static memory to the first caller, and `None` to all others.
 fn memory() -> Option<&'static mut Memory> {
     static TAKEN: AtomicBool = AtomicBool::new(false);
     let taken = TAKEN.swap(true, Ordering::Relaxed);
-    // SAFETY: only the first caller gets here, so the reference is the only one for ever.
+    // SAFETY: only the first caller gets the reference, so no other one ever exists.
     (!taken).then(|| unsafe { &mut *addr_of_mut!(MEMORY) })
 }
 
-/// Writes one line for each index; to be called once.
+/// Writes one line for each index. Succeeds only once.
 ///
 /// # Errors
-/// If the output, a build or an index fails.
+/// If the output, a build or the opening of an index fails.
 pub fn run(out: &mut dyn Write) -> fmt::Result {
     run_each(IndexKind::ALL, out)
 }
 
-/// As [`run`], for some kinds of index.
+/// Writes one line for each of some kinds of index. Succeeds only once.
 ///
 /// # Errors
-/// As [`run`].
+/// Those of [`run`].
 pub fn run_each(kinds: &[IndexKind], out: &mut dyn Write) -> fmt::Result {
     let memory = memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {
@@ -91,22 +98,22 @@ pub fn run_each(kinds: &[IndexKind], out: &mut dyn Write) -> fmt::Result {
     Ok(())
 }
 
-/// What is compared.
+/// Line of results that are compared across targets.
 struct Line {
     name: &'static str,
     hits: Digest,
     counters: Digest,
-    index_bytes: Digest,
+    index: Digest,
     bytes: usize,
     hit_count: u32,
 }
 
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, hits, counters, index_bytes, bytes, hit_count } = self;
-        let (hits, counters, index_bytes) = (hits.0, counters.0, index_bytes.0);
+        let Self { name, hits, counters, index, bytes, hit_count } = self;
+        let (hits, counters, index) = (hits.0, counters.0, index.0);
         write!(f, "{name} {hit_count} of {RAYS} rays hit, {bytes} bytes, ")?;
-        write!(f, "hits={hits:016x} counters={counters:016x} index={index_bytes:016x}")
+        write!(f, "hits={hits:016x} counters={counters:016x} index={index:016x}")
     }
 }
 
@@ -117,7 +124,7 @@ fn line(
     arena: &mut [u8],
     scratch: &mut [u8],
 ) -> Result<Line, &'static str> {
-    // Built in exactly what it needs, and queried from its bytes.
+    // The index is built in an arena of exactly the required size, and opened from its bytes.
     let capacity = kind.capacity(scene, options, scratch).map_err(|_| "capacity failed")?;
     let arena = arena.get_mut(..capacity.index).ok_or("BLOCKS is too low")?;
     kind.build(scene, options, arena, scratch).map_err(|_| "build failed")?;
@@ -127,11 +134,11 @@ fn line(
         name: kind.name(),
         hits: Digest::EMPTY,
         counters: Digest::EMPTY,
-        index_bytes: Digest::EMPTY,
+        index: Digest::EMPTY,
         bytes: index.as_bytes().len(),
         hit_count: 0,
     };
-    line.index_bytes.bytes(index.as_bytes());
+    line.index.bytes(index.as_bytes());
     let mut numbers = Numbers(1);
     for number in 0..RAYS {
         if let Ok(ray) = ray(number, &mut numbers) {
@@ -141,7 +148,7 @@ fn line(
     Ok(line)
 }
 
-/// Puts all answers about one ray into the digests.
+/// Adds all answers about one ray to the digests.
 fn ask(index: &AnyIndex<'_>, ray: &Ray, line: &mut Line) {
     let mut counters = Counters::default();
     let closest = index.closest_hit_counted(ray, &mut counters);
@@ -164,7 +171,7 @@ fn ask(index: &AnyIndex<'_>, ray: &Ray, line: &mut Line) {
     }
 }
 
-/// Fills `triangles` and returns how many there would be.
+/// Fills `triangles`. Returns the number of triangles of the scene, whether they fit or not.
 fn write_scene(triangles: &mut [Triangle]) -> usize {
     let mut slots = triangles.iter_mut();
     let mut count = 0;
@@ -199,7 +206,8 @@ fn write_scene(triangles: &mut [Triangle]) -> usize {
     count
 }
 
-/// Rays of many sorts: anywhere, along axes, at corners, along faces, from inside, far away, tiny.
+/// Makes ray `number`. There are eight sorts: random, along an axis, at a corner, along a face, from inside a cube,
+/// from far away, with a tiny direction, and lines.
 fn ray(number: u32, numbers: &mut Numbers) -> Result<Ray, arboleda::RayError> {
     let anywhere = numbers.point() * 24.0;
     let target = numbers.point() * 16.0;
@@ -216,11 +224,11 @@ fn ray(number: u32, numbers: &mut Numbers) -> Result<Ray, arboleda::RayError> {
     }
 }
 
-/// Pseudo-random numbers: xorshift, G. Marsaglia 2003.
+/// Pseudo-random numbers by xorshift (G. Marsaglia 2003).
 struct Numbers(u32);
 
 impl Numbers {
-    /// A multiple of 2^-10 in -1..1.
+    /// Draws a multiple of 2^-10 in -1..1.
     fn next(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
@@ -234,7 +242,7 @@ impl Numbers {
     }
 }
 
-/// FNV-1a, 64 bits (Fowler, Noll, Vo).
+/// Digest by FNV-1a, 64 bits (Fowler, Noll, Vo).
 struct Digest(u64);
 
 impl Digest {
@@ -246,7 +254,7 @@ impl Digest {
         }
     }
 
-    /// A number, not its bytes as this machine stores them.
+    /// Adds a number, lowest byte first, independent of the machine's byte order.
     fn word(&mut self, word: u32) {
         self.bytes(&word.to_le_bytes());
     }

@@ -1,9 +1,9 @@
-//! Stack of builds and queries on a Cortex-M: memory below the stack pointer is painted, and words that have lost
-//! their colour afterwards were used.
+//! Stack of builds and queries on a Cortex-M. Memory below the stack pointer is filled with a pattern; words that have
+//! changed after the call were used.
 //!
-//! A query's frames do not depend on the scene, only on which functions are entered. So the rays enter all of them:
-//! rays for lanes and rays for `f64`, and pairs that every stage of the exact kernel decides. A build's frames do
-//! depend on the scene, by the depth of its tree.
+//! - The frames of a query depend only on the functions that it enters. The rays here enter all of them: rays decided
+//!   in SIMD lanes, rays decided in `f64`, and rays that reach each stage of the exact kernel.
+//! - The frames of a build depend on the scene too, by the depth of the tree.
 
 use core::arch::asm;
 use core::fmt::{self, Write};
@@ -12,16 +12,17 @@ use arboleda::{AnyIndex, Block, Hit, IndexKind, Options, Ray, RayError, Scene, V
 
 use crate::{GROUPS, IN_A_BATCH, MOST_HITS, Numbers, TRIANGLES, memory, ray, write_scene};
 
-/// Far more than anything takes.
+/// Words filled below the stack pointer, far more than any call uses.
 const PAINTED_WORDS: usize = 1 << 15;
-/// All sorts of special rays in every combination: 8 ways, 7 grid lines, 3 intervals.
+/// Number of special rays: 8 sorts on 7 grid lines with 3 intervals.
 const RAYS: u32 = 168;
+/// Pattern of unused words.
 const COLOUR: u32 = 0xa5c3_5a3c;
 
-/// Writes one line for each index; to be called once.
+/// Writes one line for each index. Succeeds only once.
 ///
 /// # Errors
-/// Fails if the output or a build does.
+/// If the output or a build fails.
 pub fn run(out: &mut dyn Write) -> fmt::Result {
     let memory = memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {
@@ -47,7 +48,7 @@ pub fn run(out: &mut dyn Write) -> fmt::Result {
     Ok(())
 }
 
-/// Measures the bytes of stack that some work takes.
+/// Measures the bytes of stack that `work` uses.
 #[inline(never)]
 fn used_by(work: &mut dyn FnMut()) -> usize {
     let top: usize;
@@ -62,7 +63,7 @@ fn used_by(work: &mut dyn FnMut()) -> usize {
     (1..=PAINTED_WORDS).rev().find(is_used).unwrap_or(0) * size_of::<u32>()
 }
 
-/// Rays as photons have them: from above somewhere to somewhere.
+/// Queries ordinary rays, from a random point above to a random point.
 fn ask_ordinary(index: &AnyIndex<'_>) {
     let mut numbers = Numbers(1);
     for _ in 0..RAYS / 8 {
@@ -97,8 +98,10 @@ fn ask(index: &AnyIndex<'_>, ray: &Ray) {
     let _ = (index.closest_hit(ray), index.occluded(ray), index.all_hits(ray, &mut buffer));
 }
 
-/// Through edges and corners, beginning a hair above the floor: too far apart for whole numbers, so that long sums
-/// decide signs and round quotients; as half-lines, and as lines, which lanes do not take.
+/// Makes special ray `number`: through edges and corners, as a half-line or as a line. SIMD lanes do not take lines.
+///
+/// Some rays begin a hair above the floor. Exponents are then too far apart for whole numbers, so long sums decide
+/// signs and round quotients.
 fn special(number: u32) -> Result<Ray, RayError> {
     const HAIRS: [f32; 3] = [0.0, 1.0e-30, 1.0e-38];
     let hair = HAIRS[number as usize / 2 % HAIRS.len()];

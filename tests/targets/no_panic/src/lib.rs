@@ -1,16 +1,17 @@
 //! Proof by linking: no panic is reachable in the core, and nothing allocates.
 //!
-//! The public functions that do work are called from exported ones, errors' messages included, on
-//! values about which the compiler knows nothing. The panic handler calls a function that nobody
-//! defines, so a program made of this library links only if the optimiser has removed every path to
-//! it. No allocator is defined either, and the `alloc` crate is not linked.
+//! - Exported functions call the core's public functions that compute, and write the messages of errors, on values
+//!   unknown to the compiler.
+//! - The panic handler calls a function that is not defined. So a program links only if the optimiser has removed every
+//!   path to the panic handler.
+//! - No allocator is defined, and the `alloc` crate is not linked.
 //!
-//! The optimiser has to see that a check cannot fail, so the proof covers this compiler at this
-//! optimisation level, without overflow checks; that the values are right is the other tests' affair.
-//! With the feature `control` one function can panic, and linking must fail: a proof that cannot fail
-//! proves nothing.
+//! The optimiser must find out that a check cannot fail. So the proof is for this compiler, at this optimisation level,
+//! without overflow checks. It says nothing about the values, which other tests check.
+//!
+//! With the feature `control` one function can panic, and linking must fail. That shows that the proof can fail.
 #![no_std]
-// Linked, but called by nobody.
+// The functions are linked but never called from C.
 #![allow(improper_ctypes_definitions)]
 
 use core::fmt::{self, Write};
@@ -25,17 +26,17 @@ use arboleda::{
 };
 
 unsafe extern "C" {
-    /// Defined nowhere.
+    /// Function without a definition, so that calling it is an error of the linker.
     fn a_panic_is_reachable() -> !;
 }
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
-    // SAFETY: never linked, so never called.
+    // SAFETY: the program does not link if this call remains, so it is never executed.
     unsafe { a_panic_is_reachable() }
 }
 
-/// Counts the bytes of messages.
+/// Output that keeps the lengths of messages only.
 struct Sink(usize);
 
 impl Write for Sink {
@@ -45,13 +46,13 @@ impl Write for Sink {
     }
 }
 
-/// The length of an error's message, more or less.
+/// Writes an error's message; returns a number that depends on its length.
 fn message(error: impl fmt::Display) -> usize {
     let mut sink = Sink(0);
     write!(sink, "{error}").map_or(0, |()| sink.0)
 }
 
-/// A slice from outside.
+/// Slice of the caller.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Slice<T> {
@@ -61,14 +62,14 @@ pub struct Slice<T> {
 
 impl<T> Slice<T> {
     /// # Safety
-    /// `count` values lie at `first`, and nobody else uses them during `'a`.
+    /// `count` values must lie at `first`, and no other code may use them during `'a`.
     unsafe fn get<'a>(self) -> &'a mut [T] {
-        // SAFETY: the caller's promise.
+        // SAFETY: the caller fulfils the conditions of `Slice::get`.
         unsafe { slice::from_raw_parts_mut(self.first, self.count) }
     }
 }
 
-/// Numbers that become a ray.
+/// Numbers of a ray, which may be invalid.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct RayNumbers {
@@ -84,11 +85,11 @@ impl RayNumbers {
     }
 }
 
-/// A mesh in either form, or none.
+/// Mesh in either form, or none.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct MeshParts {
-    /// 0 for none, 1 for triangles, else by vertices and corners.
+    /// Form of the mesh: 0 for none, 1 for triangles, else vertices and corners.
     form: u32,
     triangles: Slice<Triangle>,
     vertices: Slice<Vec3>,
@@ -97,9 +98,9 @@ pub struct MeshParts {
 
 impl MeshParts {
     /// # Safety
-    /// As [`Slice::get`], for all.
+    /// Each slice must fulfil the conditions of [`Slice::get`].
     unsafe fn get<'a>(self) -> Option<Mesh<'a>> {
-        // SAFETY: the caller's promise.
+        // SAFETY: the caller fulfils the conditions of `Slice::get`.
         let (triangles, vertices, corners) =
             unsafe { (self.triangles.get(), self.vertices.get(), self.corners.get()) };
         match self.form {
@@ -110,7 +111,7 @@ impl MeshParts {
     }
 }
 
-/// Everything that a build takes.
+/// Input of a build.
 #[repr(C)]
 pub struct Build {
     kind: usize,
@@ -128,25 +129,25 @@ fn kind(number: usize) -> Option<IndexKind> {
     IndexKind::ALL.get(number).copied()
 }
 
-/// Opens the bytes of an index of a kind, beside a mesh if there is one.
+/// Opens index bytes as a kind of index, beside a mesh if there is one.
 fn read<'a>(
     number: usize,
-    index_bytes: &'a [u8],
+    bytes: &'a [u8],
     mesh: Option<Mesh<'a>>,
 ) -> Option<Result<AnyIndex<'a>, OpenError>> {
     let kind = kind(number)?;
     Some(match mesh {
-        Some(mesh) => kind.from_bytes_beside(index_bytes, mesh),
-        None => kind.from_bytes(index_bytes),
+        Some(mesh) => kind.from_bytes_beside(bytes, mesh),
+        None => kind.from_bytes(bytes),
     })
 }
 
-/// The scene of a build.
+/// Makes the scene of a build.
 ///
 /// # Safety
-/// As [`Slice::get`], for all.
+/// Each slice must fulfil the conditions of [`Slice::get`].
 unsafe fn scene<'a>(input: &Build) -> Scene<'a> {
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
     let (mesh, objects, rays) =
         unsafe { (input.mesh.get(), input.objects.get(), input.rays.get()) };
     let scene = Scene::of(mesh.unwrap_or(Mesh::EMPTY)).rays(rays);
@@ -154,17 +155,17 @@ unsafe fn scene<'a>(input: &Build) -> Scene<'a> {
     if input.is_beside == 0 { scene } else { scene.beside() }
 }
 
-/// Computes the capacity of an index, and builds it. What is returned depends on everything.
+/// Computes the capacity of an index, and builds it. The result depends on all outputs, so none is optimised away.
 ///
 /// # Safety
-/// As [`Slice::get`], for every slice.
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_build(input: Build) -> usize {
     let Some(kind) = kind(input.kind) else {
         return 0;
     };
     let options = input.options;
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
     let (scene, arena, scratch) = unsafe {
         let scene = scene(&input);
         (scene, input.arena.get(), input.scratch.get())
@@ -177,14 +178,14 @@ pub unsafe extern "C" fn prove_build(input: Build) -> usize {
     }
 }
 
-/// Chooses an index, and prints why.
+/// Selects an index, and writes the reasons.
 ///
 /// # Safety
-/// As [`Slice::get`], for every slice.
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_select(input: Build, kinds: Slice<IndexKind>) -> usize {
     let options = input.options;
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
     let (scene, arena, scratch, kinds) = unsafe {
         let scene = scene(&input);
         (scene, input.arena.get(), input.scratch.get(), kinds.get())
@@ -198,11 +199,11 @@ pub unsafe extern "C" fn prove_select(input: Build, kinds: Slice<IndexKind>) -> 
 /// Finds clusters.
 ///
 /// # Safety
-/// As [`Slice::get`], for every slice.
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_clusters(input: Build) -> usize {
     let options = input.options;
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
     let (scene, scratch) = unsafe {
         let scene = scene(&input);
         (scene, input.scratch.get())
@@ -217,14 +218,14 @@ pub unsafe extern "C" fn prove_clusters(input: Build) -> usize {
     needed + clusters.count() + (classes ^ clusters.class_count()) as usize
 }
 
-/// Validates the bytes of an index and counts what is in it.
+/// Opens index bytes as a kind of index, and computes their statistics.
 ///
 /// # Safety
-/// As [`Slice::get`].
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn prove_index_bytes(number: usize, index_bytes: Slice<u8>, mesh: MeshParts) -> u64 {
-    // SAFETY: the caller's promise.
-    let (bytes, mesh) = unsafe { (index_bytes.get(), mesh.get()) };
+pub unsafe extern "C" fn prove_opening(number: usize, bytes: Slice<u8>, mesh: MeshParts) -> u64 {
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
+    let (bytes, mesh) = unsafe { (bytes.get(), mesh.get()) };
     let index = match read(number, bytes, mesh) {
         Some(Ok(index)) => index,
         Some(Err(error)) => return message(error) as u64,
@@ -241,19 +242,19 @@ pub unsafe extern "C" fn prove_index_bytes(number: usize, index_bytes: Slice<u8>
         + statistics.joined(statistics).references
 }
 
-/// Opens the bytes of any kind of index by its header, and a stored one.
+/// Opens index bytes by their header, and a stored index.
 ///
 /// # Safety
-/// Every slice must fulfil the conditions of [`Slice::get`].
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_open(
-    index_bytes: Slice<u8>,
+    bytes: Slice<u8>,
     mesh: MeshParts,
     blocks: Slice<Block>,
     ray: RayNumbers,
 ) -> usize {
-    // SAFETY: the caller's promise.
-    let (bytes, mesh, blocks) = unsafe { (index_bytes.get(), mesh.get(), blocks.get()) };
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
+    let (bytes, mesh, blocks) = unsafe { (bytes.get(), mesh.get(), blocks.get()) };
     let opened = match mesh {
         Some(mesh) => AnyIndex::from_bytes_beside(bytes, mesh),
         None => AnyIndex::from_bytes(bytes),
@@ -270,23 +271,23 @@ pub unsafe extern "C" fn prove_open(
     number + usize::from(stored.index().occluded(&ray)) + stored.into_storage().len()
 }
 
-/// Asks everything about one ray, of index bytes as they come from outside. Writes the closest hit.
+/// Answers all queries of one ray from index bytes of the caller. Writes the closest hit.
 ///
 /// # Safety
-/// As [`Slice::get`], for every slice; `closest` and `counters` can be written.
+/// Each slice must fulfil the conditions of [`Slice::get`]; `closest` and `counters` must be writable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_queries(
     number: usize,
-    index_bytes: Slice<u8>,
+    bytes: Slice<u8>,
     mesh: MeshParts,
     ray: RayNumbers,
     hits: Slice<Hit>,
     closest: &mut Hit,
     counters: &mut Counters,
 ) -> usize {
-    // SAFETY: the caller's promise.
-    let (index_bytes, mesh, hits) = unsafe { (index_bytes.get(), mesh.get(), hits.get()) };
-    let (Some(Ok(index)), Ok(ray)) = (read(number, index_bytes, mesh), ray.ray()) else {
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
+    let (bytes, mesh, hits) = unsafe { (bytes.get(), mesh.get(), hits.get()) };
+    let (Some(Ok(index)), Ok(ray)) = (read(number, bytes, mesh), ray.ray()) else {
         return 0;
     };
     let plain = index.closest_hit(&ray);
@@ -297,23 +298,23 @@ pub unsafe extern "C" fn prove_queries(
     hits.len() + usize::from(occluded) + usize::from(truncated)
 }
 
-/// Asks about many rays of index bytes as they come from outside.
+/// Answers batch queries from index bytes of the caller.
 ///
 /// # Safety
-/// As [`Slice::get`], for every slice.
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_many(
     number: usize,
-    index_bytes: Slice<u8>,
+    bytes: Slice<u8>,
     mesh: MeshParts,
     rays: Slice<Ray>,
     hits: Slice<Hit>,
     occluded: Slice<bool>,
 ) -> usize {
-    // SAFETY: the caller's promise.
-    let (index_bytes, mesh, rays, hits, occluded) =
-        unsafe { (index_bytes.get(), mesh.get(), rays.get(), hits.get(), occluded.get()) };
-    let Some(Ok(index)) = read(number, index_bytes, mesh) else {
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
+    let (bytes, mesh, rays, hits, occluded) =
+        unsafe { (bytes.get(), mesh.get(), rays.get(), hits.get(), occluded.get()) };
+    let Some(Ok(index)) = read(number, bytes, mesh) else {
         return 0;
     };
     index.closest_hits(rays, hits);
@@ -324,7 +325,7 @@ pub unsafe extern "C" fn prove_many(
 /// Intersects one ray with one triangle.
 ///
 /// # Safety
-/// As the language's.
+/// References must be valid, as the language requires.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_intersect(ray: RayNumbers, triangle: &Triangle) -> f32 {
     let ray = match ray.ray() {
@@ -336,10 +337,10 @@ pub unsafe extern "C" fn prove_intersect(ray: RayNumbers, triangle: &Triangle) -
     intersect(&ray, triangle).map_or(t, |hit| hit.t + hit.u + hit.v)
 }
 
-/// The rest of the geometry.
+/// Calls the other public functions of the geometry.
 ///
 /// # Safety
-/// As [`Slice::get`].
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_geometry(
     ray: RayNumbers,
@@ -360,20 +361,20 @@ pub unsafe extern "C" fn prove_geometry(
     let wide = |corner: Vec3| corner.to_array().map(f64::from);
     let overlap = may_overlap(triangle, wide(bounds.lo), wide(bounds.hi));
     let inside = bounds.contains(&own.with_point(triangle.at(0.25, 0.25) + triangle.normal()));
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
     let bytes = Block::bytes(unsafe { blocks.get() }).len() + Block::count(axis);
     let flags = f64::from(u8::from(overlap) + u8::from(inside));
     span.from + crossing.earliest + crossing.latest + near + flags + bytes as f64
 }
 
-/// One place of a slice, which may not be there.
+/// Reads an element of a slice, which panics if the slice is shorter.
 ///
 /// # Safety
-/// As [`Slice::get`].
+/// Each slice must fulfil the conditions of [`Slice::get`].
 #[cfg(feature = "control")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn prove_control(places: Slice<u8>, place: usize) -> u8 {
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
     let places = unsafe { places.get() };
     places[place]
 }

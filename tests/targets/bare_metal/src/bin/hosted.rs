@@ -1,4 +1,4 @@
-//! The lines on a machine with an operating system: what the others are compared with.
+//! Digest lines on a machine with an operating system, the reference for all other targets.
 
 use std::process::ExitCode;
 

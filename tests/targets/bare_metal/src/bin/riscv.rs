@@ -1,4 +1,4 @@
-//! The lines on a 32-bit RISC-V without firmware, through the debugger's console.
+//! Digest lines on a 32-bit RISC-V without firmware, through the debugger's console.
 #![no_std]
 #![no_main]
 
@@ -14,18 +14,18 @@ global_asm!(
     "j rust_main",
 );
 
-/// Semihosting operations (*Semihosting for AArch32 and AArch64*, Arm; RISC-V has the same).
+/// Semihosting operations (*Semihosting for AArch32 and AArch64*, Arm), which RISC-V uses too.
 const WRITE_CHARACTER: usize = 0x03;
 const EXIT: usize = 0x18;
 const EXIT_SUCCESS: usize = 0x2_0026;
 const EXIT_FAILURE: usize = 0x2_0023;
 
-/// Asks the debugger for something.
+/// Calls a semihosting operation of the debugger.
 ///
 /// # Safety
-/// `argument` is what the operation expects.
+/// `argument` must be valid for the operation.
 unsafe fn call(operation: usize, argument: usize) {
-    // SAFETY: these three instructions, uncompressed and in a row, are the call; a0 is its result.
+    // SAFETY: the call consists of these three consecutive, uncompressed instructions; its result is in a0.
     unsafe {
         asm!(
             ".balign 16",
@@ -68,6 +68,6 @@ extern "C" fn rust_main() -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    let _ = writeln!(Console, "{info}"); // nobody to tell that this failed
+    let _ = writeln!(Console, "{info}"); // a failure cannot be reported
     exit(EXIT_FAILURE)
 }

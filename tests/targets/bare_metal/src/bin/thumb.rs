@@ -1,27 +1,11 @@
-//! The lines on a Cortex-M, through the debugger's console.
+//! Digest lines on a Cortex-M, through the debugger's console.
 #![no_std]
 #![no_main]
 
-use core::panic::PanicInfo;
-
+use arboleda_bare_metal::cortex_m::run_and_exit;
 use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hio, hprintln};
 
 #[entry]
 fn main() -> ! {
-    let outcome = match hio::hstdout() {
-        Ok(mut out) => arboleda_bare_metal::run(&mut out),
-        Err(()) => Err(core::fmt::Error),
-    };
-    loop {
-        debug::exit(if outcome.is_ok() { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
-    }
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    hprintln!("{}", info);
-    loop {
-        debug::exit(debug::EXIT_FAILURE);
-    }
+    run_and_exit(arboleda_bare_metal::run)
 }

@@ -1,4 +1,4 @@
-//! The lines from WebAssembly; `wasm.mjs` runs it.
+//! Digest lines from WebAssembly, run by `wasm.mjs`.
 #![no_std]
 #![no_main]
 
@@ -21,7 +21,7 @@ impl Write for Console {
     }
 }
 
-/// Tells whether all went well.
+/// Prints the lines. Returns whether that succeeded.
 #[unsafe(no_mangle)]
 extern "C" fn run() -> bool {
     arboleda_bare_metal::run(&mut Console).is_ok()
@@ -29,6 +29,6 @@ extern "C" fn run() -> bool {
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    let _ = writeln!(Console, "{info}"); // nobody to tell that this failed
+    let _ = writeln!(Console, "{info}"); // a failure cannot be reported
     unreachable()
 }

@@ -1,4 +1,4 @@
-//! The lines of what uses vectors, on an x86_64 without firmware that has AVX-512, through its serial port.
+//! Digest lines of the indices that use SIMD, on an x86_64 with AVX-512 and without firmware, through its serial port.
 //! The script `bochs` runs it.
 #![no_std]
 #![no_main]
@@ -9,13 +9,15 @@ use core::panic::PanicInfo;
 
 use arboleda::{IndexKind, SimdLevel};
 
-// From 16 to 64 bits, with all vector registers (*Intel 64 and IA-32 Architectures Software Developer's Manual*,
-// volume 3, "Initializing IA-32e Mode"). On the way, the program goes from the ROM to where it was linked. The
-// tables of pages, at 4 and 8 KiB, leave all of the first 4 GiB where it is.
+// Start-up (*Intel 64 and IA-32 Architectures Software Developer's Manual*, volume 3, "Initializing IA-32e Mode"):
+// 1. switches from 16 to 32 bits;
+// 2. copies the program from the ROM to the address that it was linked for;
+// 3. writes page tables, at 4 and 8 KiB, that map the first 4 GiB to themselves;
+// 4. switches to 64 bits, with all vector registers on.
 global_asm!(
     ".section .start, \"ax\"",
     "segments: .quad 0, 0x00cf9a000000ffff, 0x00cf92000000ffff, 0x00af9a000000ffff",
-    ".word 31", // the size of these, less 1
+    ".word 31", // size of the descriptors, less 1
     ".long segments",
     ".code16",
     "start:",
@@ -71,22 +73,22 @@ global_asm!(
     ".code64",
 );
 
-/// The first serial port, a 16550: eight bits a byte, as fast as it can.
+/// First serial port, a 16550, with settings for eight bits a byte at its highest speed.
 const DATA: u16 = 0x3f8;
 const SETTINGS: [(u16, u8); 4] = [(3, 0x80), (0, 1), (1, 0), (3, 0x03)];
 const STATUS: u16 = 5;
 const READY: u8 = 0x20;
 const ALL_SENT: u8 = 0x40;
-/// Where the emulator listens for the word that ends it with a failure.
+/// Port on which the emulator receives the word that ends it with a failure.
 const PANIC: u16 = 0x8900;
 
 /// Writes a byte to a port.
 fn write(port: u16, byte: u8) {
-    // SAFETY: of the devices only those above are written to, which leave the memory alone.
+    // SAFETY: only the devices above are written to, which do not access memory.
     unsafe { asm!("out dx, al", in("dx") port, in("al") byte, options(nomem, nostack)) };
 }
 
-/// Waits for something of the serial port's status.
+/// Waits for a bit of the serial port's status.
 fn wait_for(bit: u8) {
     let mut status = 0_u8;
     while status & bit == 0 {
@@ -109,7 +111,7 @@ impl Write for Console {
     }
 }
 
-/// The kinds whose walks use vectors. The others would take the emulator a minute.
+/// Kinds whose traversal uses SIMD. The others would take the emulator a minute.
 const KINDS: [IndexKind; 6] = [
     IndexKind::WideBvh,
     IndexKind::WideBvhHierarchy,
@@ -135,7 +137,7 @@ extern "C" fn rust_main() -> ! {
 fn end(outcome: fmt::Result) -> ! {
     wait_for(ALL_SENT);
     if outcome.is_ok() {
-        // SAFETY: does nothing, but the emulator takes it for a break.
+        // SAFETY: the instruction does nothing on a processor; the emulator ends at it.
         unsafe { asm!("xchg bx, bx", options(nomem, nostack)) };
     }
     loop {
@@ -145,6 +147,6 @@ fn end(outcome: fmt::Result) -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    let _ = writeln!(Console, "{info}"); // nobody to tell that this failed
+    let _ = writeln!(Console, "{info}"); // a failure cannot be reported
     end(Err(fmt::Error))
 }
