@@ -1,10 +1,10 @@
-//! Builds an index of any kind in memory of exactly the size it asks for.
+//! Builds of indices of any kind, in memory of exactly the size that they require.
 
 use arboleda::{
     AnyIndex, Block, BuildError, Executor, IndexKind, Mesh, Options, Scene, Sequential,
 };
 
-/// An index that owns its bytes.
+/// Index that owns its bytes.
 pub struct Built {
     kind: IndexKind,
     blocks: Vec<Block>,
@@ -15,15 +15,15 @@ impl Built {
     /// Builds in an arena of `capacity` bytes and a scratch of `scratch_capacity` bytes.
     ///
     /// # Errors
-    /// As the core's `build`.
+    /// Those of the core's `build`.
     pub fn new(kind: IndexKind, scene: &Scene<'_>, options: &Options) -> Result<Self, BuildError> {
         Self::with(kind, scene, options, &Sequential)
     }
 
-    /// As `new`, with the help of an executor.
+    /// Builds as [`Built::new`] does, with an executor.
     ///
     /// # Errors
-    /// As the core's `build`.
+    /// Those of the core's `build`.
     pub fn with(
         kind: IndexKind,
         scene: &Scene<'_>,
@@ -40,29 +40,29 @@ impl Built {
         Ok(Self { kind, blocks, length })
     }
 
-    /// Copies bytes to where index bytes may start.
+    /// Copies bytes to memory of an index's alignment.
     pub fn copied(kind: IndexKind, bytes: &[u8]) -> Self {
         let mut blocks = vec![Block::ZERO; Block::count(bytes.len())];
         Block::bytes(&mut blocks)[..bytes.len()].copy_from_slice(bytes);
         Self { kind, blocks, length: bytes.len() }
     }
 
-    /// The bytes of the index.
+    /// Returns the index bytes.
     pub fn bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.blocks)[..self.length]
     }
 
-    /// The bytes of the index, to be damaged.
+    /// Returns the index bytes for damaging them.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut Block::bytes(&mut self.blocks)[..self.length]
     }
 
-    /// The kind it was built as.
+    /// Returns the kind of the index.
     pub fn kind(&self) -> IndexKind {
         self.kind
     }
 
-    /// The index, read back from its bytes.
+    /// Opens the index from its bytes.
     ///
     /// # Panics
     /// If the bytes are refused.
@@ -73,7 +73,7 @@ impl Built {
         }
     }
 
-    /// As `index`, of one built beside a mesh.
+    /// Opens the index from its bytes, beside a mesh.
     ///
     /// # Panics
     /// If the bytes are refused.
@@ -85,16 +85,16 @@ impl Built {
     }
 }
 
-/// Builds in memory that held other things before, exactly large enough, and one byte too small.
+/// Builds in memory of exactly the required size, which held other values before, and in one byte less.
 ///
-/// Checks that the needed sizes are exact and reported, that the bytes are the same whatever the
-/// memory held, and that the invariants hold.
+/// Checks three promises: the required sizes are exact and reported; the bytes do not depend on the memory's contents;
+/// the index's invariants hold.
 ///
 /// # Errors
-/// As the core's `build`.
+/// Those of the core's `build`.
 ///
 /// # Panics
-/// Where one of these promises is broken.
+/// If a promise is broken.
 pub fn build_exactly(
     kind: IndexKind,
     scene: &Scene<'_>,
@@ -109,7 +109,7 @@ pub fn build_exactly(
     let arena = &mut Block::bytes(&mut arena)[..arena_length];
     let scratch = &mut Block::bytes(&mut scratch)[..scratch_length];
 
-    // 1. One byte less of either is refused, and what is asked for is what is needed.
+    // 1. One byte less of arena or scratch is refused, and the error names the required size.
     let given = arena_length - 1;
     let refusal = kind.build(scene, options, &mut arena[..given], scratch).err();
     let expected = BuildError::ArenaFull { needed: arena_length, given };
@@ -120,7 +120,7 @@ pub fn build_exactly(
         assert_eq!(refusal, Some(expected), "{name}");
     }
 
-    // 2. The same bytes, whatever was in the memory before.
+    // 2. The bytes do not depend on the memory's contents before the build.
     for rubbish in [0xa5, 0xff] {
         arena.fill(rubbish);
         scratch.fill(rubbish);

@@ -1,4 +1,4 @@
-//! Every index against every triangle, bit for bit; beside a mesh, too.
+//! Checks of indices against tests of every triangle, bit for bit, also beside a mesh.
 
 use arboleda::{
     AllHits, AnyIndex, Counters, Hit, IndexKind, Mesh, Options, Ray, RayIndex, Scene, Triangle,
@@ -11,18 +11,18 @@ use crate::scenes::welded;
 /// Compares every kind of index with tests of all triangles, as [`index_equals_linear`] does.
 ///
 /// # Panics
-/// Where an answer differs by a bit, a size is not exact, or a build is refused.
+/// If an answer differs by a bit, a size is not exact, or a build is refused.
 pub fn every_index_equals_linear(triangles: &[Triangle], rays: &[Ray], options: &Options) {
     for &kind in IndexKind::ALL {
         index_equals_linear(kind, triangles, rays, options);
     }
 }
 
-/// Builds an index in exactly enough memory and compares its answers with tests of all triangles: what `build`
-/// returns and what `from_bytes` makes of its bytes.
+/// Builds an index in exactly enough memory and compares its answers with tests of all triangles. The built index, a
+/// copy of its bytes, and an index beside a mesh are checked.
 ///
 /// # Panics
-/// Where an answer differs by a bit, a size is not exact, or a build is refused.
+/// If an answer differs by a bit, a size is not exact, or a build is refused.
 pub fn index_equals_linear(
     kind: IndexKind,
     triangles: &[Triangle],
@@ -36,13 +36,15 @@ pub fn index_equals_linear(
         Err(error) => panic!("{} is not built: {error}", kind.name()),
     };
     let built = build(scene);
-    // Another way of dividing, where it goes by the rays.
+    // 1. An index tuned by a sample of rays may be divided differently.
     let for_rays = build(scene.rays(rays));
     if for_rays.bytes() != built.bytes() {
         for (ray, expected) in rays.iter().zip(&expected) {
             answers_equal(&for_rays.index(), ray, expected);
         }
     }
+
+    // 2. The index, and one opened from a copy of its bytes.
     let copy = Built::copied(kind, built.bytes());
     let (built, copied) = (built.index(), copy.index());
     assert_eq!(built.check(), copied.check());
@@ -53,7 +55,7 @@ pub fn index_equals_linear(
     }
     many_equal_one_by_one(&built, rays, &expected);
 
-    // Beside the mesh: the same triangles, by the same walk.
+    // 3. An index beside a mesh of the same triangles, with the same traversal.
     if kind.holds_triangles() {
         return;
     }
@@ -64,10 +66,10 @@ pub fn index_equals_linear(
     is_the_same(&beside.index_beside(mesh), &built, rays, &expected);
 }
 
-/// Compares an index beside a mesh with one that has a copy of its triangles.
+/// Compares an index beside a mesh with an index that has a copy of the triangles.
 ///
 /// # Panics
-/// Where an answer, a counter or the structure differs.
+/// If an answer, a counter or the structure differs.
 pub fn is_the_same(beside: &AnyIndex<'_>, own: &AnyIndex<'_>, rays: &[Ray], expected: &[Vec<Hit>]) {
     let name = own.kind().name();
     assert_eq!(beside.check(), own.check(), "{name}");
@@ -81,34 +83,34 @@ pub fn is_the_same(beside: &AnyIndex<'_>, own: &AnyIndex<'_>, rays: &[Ray], expe
     many_equal_one_by_one(beside, rays, expected);
 }
 
-/// All hits of a ray by `(t, id)`, from testing every triangle.
+/// Finds all hits of a ray by testing every triangle, sorted by `(t, id)`.
 pub fn all_hits(triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
     let hit = |(id, triangle): (u32, &Triangle)| {
         let at = intersect(ray, triangle)?;
         Some(Hit { triangle: TriangleId(id), t: at.t, u: at.u, v: at.v })
     };
     let mut hits: Vec<Hit> = (0..).zip(triangles).filter_map(hit).collect();
-    // Stable, so ties stay in the order of their ids.
+    // The sort is stable, so ties stay in the order of ids.
     hits.sort_by(|a, b| a.t.total_cmp(&b.t));
     hits
 }
 
-/// A hit as bits: `==` would let -0.0 pass for 0.0.
+/// Returns the bits of a hit, for comparison: with `==` on floats, -0.0 would equal 0.0.
 pub fn bits(hit: &Hit) -> [u32; 4] {
     [hit.triangle.0, hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits()]
 }
 
-/// Asks an index all three questions about a ray and compares with all its hits.
+/// Compares the answers of all three queries of a ray with all its hits.
 ///
 /// # Panics
-/// Where an answer differs by a bit.
+/// If an answer differs by a bit.
 pub fn answers_equal(index: &dyn RayIndex, ray: &Ray, expected: &[Hit]) {
     let about = || format!("index of {} bytes, {ray:?}", index.as_bytes().len());
     let closest = index.closest_hit(ray);
     assert_eq!(closest.as_ref().map(bits), expected.first().map(bits), "closest: {}", about());
     assert_eq!(index.occluded(ray), !expected.is_empty(), "occluded: {}", about());
 
-    // Buffers without room, with too little, exactly enough and too much.
+    // Buffers of no room, too little, exactly enough and too much.
     let count = expected.len();
     for room in [0, 1, 2, count / 2, count.saturating_sub(1), count, count + 3] {
         let mut buffer = vec![Hit::NONE; room];
@@ -122,17 +124,17 @@ pub fn answers_equal(index: &dyn RayIndex, ray: &Ray, expected: &[Hit]) {
         assert_eq!(truncated, count > room, "truncated, {room} of {count}: {}", about());
     }
 
-    // Counting changes nothing, and whoever finds a hit has tested a triangle.
+    // Counting changes no answer, and a hit implies a triangle test.
     let (counters, counted) = counts(index, ray);
     assert_eq!(counted.as_ref().map(bits), closest.as_ref().map(bits), "counted: {}", about());
     assert!(counted.is_none() || counters[0].triangle_tests > 0, "{}", about());
     assert!(counters[0].triangle_tests >= u64::from(count > 0), "{}", about());
 }
 
-/// Asks an index about all rays at once, and about the first of them only.
+/// Compares batch queries with the expected hits, for all rays, half of them, and a buffer of one.
 ///
 /// # Panics
-/// Where an answer differs by a bit, or what lies beyond the shorter slice was touched.
+/// If an answer differs by a bit, or an entry beyond the shorter slice is written.
 pub fn many_equal_one_by_one(index: &dyn RayIndex, rays: &[Ray], expected: &[Vec<Hit>]) {
     let untouched = Hit { u: -7.0, ..Hit::NONE };
     for (asked, room) in [(rays.len(), rays.len()), (rays.len() / 2, rays.len()), (rays.len(), 1)] {
@@ -141,10 +143,10 @@ pub fn many_equal_one_by_one(index: &dyn RayIndex, rays: &[Ray], expected: &[Vec
         index.closest_hits(&rays[..asked], &mut hits);
         index.occluded_each(&rays[..asked], &mut occluded);
         let answered = asked.min(room);
-        for (place, (hit, expected)) in hits.iter().zip(expected).enumerate().take(answered) {
+        for (at, (hit, expected)) in hits.iter().zip(expected).enumerate().take(answered) {
             let closest = expected.first().unwrap_or(&Hit::NONE);
-            assert_eq!(bits(hit), bits(closest), "ray {place} of {asked}: {:?}", rays[place]);
-            assert_eq!(occluded[place], !expected.is_empty(), "ray {place}: {:?}", rays[place]);
+            assert_eq!(bits(hit), bits(closest), "ray {at} of {asked}: {:?}", rays[at]);
+            assert_eq!(occluded[at], !expected.is_empty(), "ray {at}: {:?}", rays[at]);
         }
         assert!(hits[answered..].iter().all(|hit| bits(hit) == bits(&untouched)));
         assert!(occluded[answered..].iter().all(|&occluded| occluded));

@@ -1,4 +1,4 @@
-//! Scenes that no plane parts: triangles upon triangles, about one point, or far longer than they are wide.
+//! Scenes that no plane separates: coincident triangles, triangles around one point, slivers.
 //!
 //! Each scene is a function of its number of triangles. The scenes come from reports of builds that did not end.
 
@@ -7,10 +7,10 @@ use arboleda::{Triangle, Vec3};
 use crate::random::Random;
 use crate::scenes;
 
-/// Makes a scene of a number of triangles.
+/// Function that makes a scene of a number of triangles.
 pub type Crowd = fn(usize) -> Vec<Triangle>;
 
-/// All of them, with their names.
+/// All crowds, with their names.
 pub const ALL: &[(&str, Crowd)] = &[
     ("copies", scenes::coincident),
     ("concentric", concentric),
@@ -23,7 +23,7 @@ pub const ALL: &[(&str, Crowd)] = &[
     ("needle and dust", needle_and_dust),
 ];
 
-/// One centre and one plane, sizes from 1 to 1.01.
+/// Makes triangles of one centre in one plane, with sizes from 1 to 1.01.
 pub fn concentric(count: usize) -> Vec<Triangle> {
     let size = |place: usize| 1.0 + 0.01 * place as f32 / count as f32;
     let triangle = |size: f32| {
@@ -34,7 +34,7 @@ pub fn concentric(count: usize) -> Vec<Triangle> {
     (0..count).map(|place| triangle(size(place))).collect()
 }
 
-/// One centre, each in a plane of its own.
+/// Makes triangles of one centre, each in a plane of its own.
 pub fn planes_through_a_point(count: usize) -> Vec<Triangle> {
     let mut random = Random::new(5);
     let mut triangle = || {
@@ -44,7 +44,7 @@ pub fn planes_through_a_point(count: usize) -> Vec<Triangle> {
     (0..count).map(|_| triangle()).collect()
 }
 
-/// A cylinder of length 1,000 and width 0.1, along x.
+/// Makes a cylinder of length 1,000 and width 0.1 along x.
 pub fn slivers(count: usize) -> Vec<Triangle> {
     let on_circle = |place: usize, x: f32| {
         let angle = core::f64::consts::TAU * place as f64 / (count / 2).max(1) as f64;
@@ -58,7 +58,7 @@ pub fn slivers(count: usize) -> Vec<Triangle> {
     (0..count).map(triangle).collect()
 }
 
-/// The same along the diagonal of the axes.
+/// Makes the cylinder of [`slivers`] along the diagonal of the axes.
 pub fn slanted_slivers(count: usize) -> Vec<Triangle> {
     let turn = |p: Vec3| {
         let (along, u, v) = (Vec3::new(0.57, 0.58, 0.582), Vec3::new(0.7, -0.7, 0.0), Vec3::Z);
@@ -68,7 +68,7 @@ pub fn slanted_slivers(count: usize) -> Vec<Triangle> {
     slivers(count).iter().map(turned).collect()
 }
 
-/// A flat convex polygon, divided from its first corner.
+/// Makes a flat convex polygon, divided from its first corner.
 pub fn fan(count: usize) -> Vec<Triangle> {
     let corner = |place: usize| {
         let angle = core::f64::consts::TAU * place as f64 / (count + 2) as f64;
@@ -78,12 +78,12 @@ pub fn fan(count: usize) -> Vec<Triangle> {
     (0..count).map(triangle).collect()
 }
 
-/// A flat grid of 20 by 20 squares, as often as it takes.
+/// Makes copies of a flat grid of 20 by 20 squares until there are `count` triangles.
 pub fn grid_written_often(count: usize) -> Vec<Triangle> {
     scenes::flat(20, 2).into_iter().cycle().take(count).collect()
 }
 
-/// Half of them through the whole scene, half of them tiny and in one corner.
+/// Makes large triangles through the whole scene, and as many tiny ones in one corner.
 pub fn large_and_small(count: usize) -> Vec<Triangle> {
     let mut triangles = planes_through_a_point(count / 2);
     let tiny = scenes::soup(count - count / 2, 7);
@@ -91,7 +91,7 @@ pub fn large_and_small(count: usize) -> Vec<Triangle> {
     triangles
 }
 
-/// Long needles on all sides of a cloud of dust.
+/// Makes long needles and tiny triangles, alternately.
 pub fn needle_and_dust(count: usize) -> Vec<Triangle> {
     let mut random = Random::new(9);
     let mut triangle = |place: usize| {

@@ -1,11 +1,11 @@
-//! A digest to compare answers across targets with.
+//! Digest by which answers are compared across targets.
 //!
 //! # Source
 //! FNV-1a, 64 bits: G. Fowler, L. C. Noll, K.-P. Vo, *The FNV Non-Cryptographic Hash Algorithm*.
 
 use arboleda::{AllHits, Hit};
 
-/// A running digest.
+/// Running digest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(pub u64);
 
@@ -16,21 +16,21 @@ impl Default for Digest {
 }
 
 impl Digest {
-    /// Adds a number, lowest byte first, whatever the byte order of the machine.
+    /// Adds a number, lowest byte first, independent of the machine's byte order.
     pub fn word(&mut self, word: u32) {
         for byte in word.to_le_bytes() {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         }
     }
 
-    /// Adds the bytes of an index. All fields are 32 bits wide, so they are read as such: machines of either byte
-    /// order agree.
+    /// Adds index bytes. All their fields are 32 bits wide, and are added as numbers, so machines of either byte order
+    /// agree.
     ///
     /// # Panics
     /// If the length is not a multiple of 4.
     pub fn index_bytes(&mut self, bytes: &[u8]) {
         let (words, rest) = bytes.as_chunks::<4>();
-        assert!(rest.is_empty(), "an index is made of 32-bit fields");
+        assert!(rest.is_empty(), "index bytes are 32-bit fields");
         for word in words {
             self.word(u32::from_ne_bytes(*word));
         }
@@ -44,7 +44,7 @@ impl Digest {
         }
     }
 
-    /// Adds a closest hit, or that there was none.
+    /// Adds a closest hit or a miss.
     pub fn closest(&mut self, hit: Option<Hit>) {
         self.word(u32::from(hit.is_some()));
         hit.iter().for_each(|hit| self.hit(hit));

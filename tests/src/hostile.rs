@@ -1,29 +1,29 @@
-//! Bytes that nobody built.
+//! Checks of hostile index bytes, which no build wrote.
 //!
-//! `from_bytes` may refuse them. If it does not, every query must end, stay inside, and do no more
-//! work than there are words in the bytes.
+//! `from_bytes` may refuse such bytes. If it accepts them, every query must end, read only inside the bytes, and do no
+//! more work than there are words.
 
 use arboleda::{AnyIndex, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray, Triangle, Vec3};
 
 use crate::build::Built;
 use crate::{parallel, rays, scenes};
 
-/// Reads bytes as an index of every kind and asks what is accepted about some rays. Returns how many
-/// kinds accepted them.
+/// Opens bytes as every kind of index, and queries each index that is accepted. Returns the number of kinds that accept
+/// the bytes.
 ///
 /// # Panics
-/// If something panics or does more work than the length of the bytes allows.
+/// If a query panics, or does more work than there are words.
 pub fn is_harmless(bytes: &Built, rays: &[Ray]) -> usize {
     is_harmless_beside(bytes, None, rays)
 }
 
-/// As [`is_harmless`], for bytes that may lie beside a mesh.
+/// Checks bytes as [`is_harmless`] does, optionally beside a mesh.
 ///
 /// # Panics
-/// As there.
+/// If a query panics, or does more work than there are words.
 pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -> usize {
     let bytes = bytes.bytes();
-    // Each node and each reference takes a word at least; nodes of the cluster tree take nine.
+    // Each node and each reference takes at least a word; nodes of the cluster tree take nine.
     let most = bytes.len() as u64 / 4;
     let mut accepted = 0;
     for &kind in IndexKind::ALL {
@@ -51,10 +51,10 @@ pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -
     accepted
 }
 
-/// Bytes cut short after every length are refused as such; `read` reads them.
+/// Checks that every truncation of the bytes is refused as truncated. `read` opens bytes and returns the error.
 ///
 /// # Panics
-/// Where they are not.
+/// If a truncation is accepted or refused with another error.
 pub fn every_truncation_is_refused(built: &Built, read: impl Fn(&[u8]) -> Option<OpenError>) {
     let bytes = built.bytes();
     for length in 0..bytes.len() {
@@ -64,10 +64,12 @@ pub fn every_truncation_is_refused(built: &Built, read: impl Fn(&[u8]) -> Option
     }
 }
 
-/// Index bytes with any one bit changed does no harm; `accepted` asks, and returns how often it was accepted.
+/// Checks that bytes with any one bit flipped are harmless. `accepted` checks damaged bytes, and returns the number of
+/// times that they were accepted.
 ///
 /// # Panics
-/// Where it does, and if all of them or none was accepted: a coordinate may be any other, a header may not.
+/// If damaged bytes do harm. Also if all or none of them were accepted: a coordinate may have any value, a header may
+/// not.
 pub fn every_flipped_bit_is_harmless(built: &Built, accepted: impl Fn(&Built) -> usize + Sync) {
     let bits = built.bytes().len() * 8;
     let accepted = parallel::map(bits.div_ceil(64), |job| {
@@ -84,14 +86,14 @@ pub fn every_flipped_bit_is_harmless(built: &Built, accepted: impl Fn(&Built) ->
     assert!(accepted > 0 && accepted < bits, "{} {accepted} of {bits}", built.kind().name());
 }
 
-/// For small indices, with several clusters where the kind has any.
+/// Makes the scene of small indices, with two groups that are clusters of a hierarchy.
 pub fn two_lattices() -> Vec<Triangle> {
     let near = scenes::lattice(14, 2, 3);
     let far = scenes::moved(&scenes::lattice(10, 2, 4), 1.0, Vec3::splat(300.0));
     [near, far].concat()
 }
 
-/// Few, since each is asked of every damaged index.
+/// Makes a few rays. Every damaged index answers each, so more would take long.
 pub fn some_rays(triangles: &[Triangle]) -> Vec<Ray> {
     rays::around(triangles, 6, 1)
 }
@@ -102,8 +104,7 @@ fn assert_bounded(kind: IndexKind, counters: &Counters, most: u64) {
     assert!(counters.triangle_tests <= most, "{name}: {counters:?} in {most} words");
 }
 
-/// Index bytes put together by hand: `words` as the local index of one cluster over the whole scene of a
-/// valid index.
+/// Forges an index: replaces the local index of a valid index of one cluster by `words`.
 ///
 /// # Panics
 /// If `valid` does not have one cluster.
@@ -111,10 +112,10 @@ pub fn with_words(valid: &Built, words: &[u32]) -> Built {
     forged(valid, &valid.index(), words)
 }
 
-/// As [`with_words`], of an index beside a mesh.
+/// Forges an index as [`with_words`] does, beside a mesh.
 ///
 /// # Panics
-/// As there.
+/// If `valid` does not have one cluster.
 pub fn with_words_beside(valid: &Built, mesh: Mesh<'_>, words: &[u32]) -> Built {
     forged(valid, &valid.index_beside(mesh), words)
 }
@@ -126,7 +127,7 @@ fn forged(valid: &Built, index: &AnyIndex<'_>, words: &[u32]) -> Built {
     let words_start = valid.bytes().len() - 4 * word_count;
     let node_start = offset_in(valid.bytes(), sections.nodes());
     let mut bytes = valid.bytes()[..words_start].to_vec();
-    // The header counts words in its seventh field; a leaf's second link counts its own.
+    // The seventh field of the header is the number of words; so is the second link of a leaf of the cluster tree.
     let length = (words.len() as u32).to_ne_bytes();
     bytes[24..28].copy_from_slice(&length);
     bytes[node_start + 28..node_start + 32].copy_from_slice(&length);
@@ -134,12 +135,12 @@ fn forged(valid: &Built, index: &AnyIndex<'_>, words: &[u32]) -> Built {
     Built::copied(valid.kind(), &bytes)
 }
 
-/// Where a part of the index bytes begins.
+/// Computes the offset of a section in index bytes.
 pub fn offset_in<T>(bytes: &[u8], part: &[T]) -> usize {
     part.as_ptr().addr() - bytes.as_ptr().addr()
 }
 
-/// Options under which indices are small and still have all parts.
+/// Returns options with which indices are small and still have all sections.
 pub fn small_options() -> Options {
     Options { leaf_capacity: 2, ..Options::default() }
 }

@@ -5,9 +5,9 @@
 //!                                             |
 //!                                           build
 //! ```
-//! `oracle` says what is right, in exact integers or by comparing all pairs, and knows none of the
-//! core's shortcuts. `checks` run every index and compare with `==` on bits; they panic where a
-//! promise is broken, so a test and a fuzz target are both one call.
+//! `oracle` computes right answers in exact integers or by comparing all pairs, without the core's shortcuts. `checks`
+//! run every index and compare bits with `==`. They panic where a promise is broken, so a test and a fuzz target are
+//! one call each.
 
 pub mod build;
 pub mod checks;

@@ -1,51 +1,50 @@
 //! Pairs of a ray and a triangle that are hard to decide.
 //!
-//! Each [`Family`] is one way of being hard. Points are chosen on a lattice where the exact answer
-//! must be reachable (a ray *through* an edge), and moved by one ulp where it must be missed by a
-//! hair. Each family yields both hits and misses; the test that uses them asserts the shares.
+//! Each [`Family`] is hard in one way. Points lie on a lattice, so that a ray can pass exactly *through* an edge, or
+//! are moved by one ulp, so that it barely misses. Each family has both hits and misses; the tests check their shares.
 
 use arboleda::{Ray, Triangle, Vec3};
 
 use crate::oracle;
 use crate::random::{Random, power_of_two};
 
-/// A way of being hard to decide.
+/// Family of pairs that are hard in the same way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
-    /// Whole coordinates: many exact zeros.
+    /// Pairs of whole coordinates, with many exact zeros.
     Lattice,
     /// Triangles a few ulps wide.
     Sliver,
-    /// At a point of an edge, or one ulp off.
+    /// Rays through a point of an edge, or one ulp beside it.
     Edge,
-    /// At a corner, or one ulp off.
+    /// Rays through a corner, or one ulp beside it.
     Corner,
-    /// Along a coordinate axis, at coordinates of the corners.
+    /// Rays along a coordinate axis, at coordinates of the corners.
     AxisParallel,
-    /// In the triangle's plane, or out of it by ulps.
+    /// Rays in the triangle's plane, or out of it by ulps.
     Coplanar,
-    /// From far away.
+    /// Rays from far away.
     FarOrigin,
-    /// Magnitudes from 1e-30 to 1e30 in one pair.
+    /// Pairs with magnitudes from 1e-30 to 1e30.
     MixedScales,
-    /// Coordinates of a few times the smallest float.
+    /// Pairs with coordinates of a few times the smallest float.
     Subnormal,
-    /// The interval ends at the hit, or one ulp before or after it.
+    /// Rays whose interval ends at the hit, or one ulp before or after it.
     IntervalEnd,
-    /// Directions from the smallest to the largest floats: `t` overflows and underflows.
+    /// Directions from the smallest to the largest floats, with which `t` overflows and underflows.
     DirectionScale,
-    /// `t`, `u` or `v` half-way between two floats, or a hair beside.
+    /// Pairs with `t`, `u` or `v` half-way between two floats, or very close to it.
     Tie,
-    /// So near a corner that one weight is tiny.
+    /// Rays so near a corner that one weight is tiny.
     NearCorner,
-    /// Anywhere: hard where the interval ends.
+    /// Random pairs, which are hard at the end of the interval.
     Anywhere,
-    /// Begins so near that `t` is a few times the smallest float, or rounded to 0.
+    /// Rays that begin so near that `t` is a few times the smallest float, or is rounded to 0.
     Touching,
 }
 
 impl Family {
-    /// All of them.
+    /// All families.
     pub const ALL: [Self; 15] = [
         Self::Lattice,
         Self::Sliver,
@@ -64,7 +63,7 @@ impl Family {
         Self::Touching,
     ];
 
-    /// A pair of the family.
+    /// Draws a pair of the family.
     pub fn pair(self, random: &mut Random) -> (Ray, Triangle) {
         loop {
             let (origin, direction, triangle) = match self {
@@ -89,7 +88,7 @@ impl Family {
                     continue;
                 }
             };
-            // A line rather than a half-line: hits behind the origin are hits.
+            // The ray is a whole line, so hits behind the origin count.
             let (back, ahead) = (f32::NEG_INFINITY, f32::INFINITY);
             if let Ok(ray) = Ray::with_interval(origin, direction, back, ahead)
                 && triangle.is_finite()
@@ -100,10 +99,10 @@ impl Family {
     }
 }
 
-/// The half of a line on which a hit at `t` lies; without one, that ahead.
+/// Returns the half of a line on which a hit at `t` lies; without a hit, the half ahead.
 ///
 /// # Panics
-/// Not for the ray of a pair.
+/// Never for the ray of a pair.
 pub fn half_line(line: &Ray, t: Option<f32>) -> Ray {
     let (mut direction, mut from, mut to) = (line.direction(), line.t_min(), line.t_max());
     if t.is_some_and(|t| t < 0.0) {
@@ -112,7 +111,7 @@ pub fn half_line(line: &Ray, t: Option<f32>) -> Ray {
     Ray::with_interval(line.origin(), direction, from.max(0.0), to.max(0.0)).expect("half a line")
 }
 
-/// Origin, direction, triangle; not yet known to be valid.
+/// Origin, direction and triangle of a pair, which may be invalid.
 type Candidate = (Vec3, Vec3, Triangle);
 
 /// Moves one coordinate of a point by one ulp.
@@ -126,7 +125,7 @@ fn scaled(point: Vec3, exponent: i32) -> Vec3 {
     Vec3::from_array(point.to_array().map(|c| (f64::from(c) * factor) as f32))
 }
 
-/// A point between three corners, in doubles.
+/// Draws a point between three corners, in `f64`.
 fn inside(corners: [Vec3; 3], random: &mut Random) -> [f64; 3] {
     let mut weights = [random.unit(), random.unit(), random.unit()].map(f64::from);
     if random.once_in(4) {
@@ -149,7 +148,7 @@ fn lattice(random: &mut Random) -> Candidate {
     let reach = random.pick(&[1, 2, 4]);
     let triangle =
         Triangle::new(random.lattice(reach), random.lattice(reach), random.lattice(reach));
-    // Towards a corner or an average of the corners, else nearly all would miss.
+    // Rays aim at a corner or an average of the corners; otherwise nearly all would miss.
     let target = match random.below(3) {
         0 => triangle.a,
         1 => triangle.a + triangle.b + triangle.c - random.lattice(reach) - random.lattice(reach),
@@ -167,13 +166,13 @@ fn sliver(random: &mut Random) -> Candidate {
         nudge(&mut c, random);
     }
     let target = inside([a, b, c], random);
-    // Close by, the rounding of the direction moves the line by less than the sliver's width.
+    // The origin is near, so the rounding of the direction moves the line by less than the sliver's width.
     let near = scaled(random.point(), -random.whole(0, 20));
     let origin = near + Vec3::from_array(target.map(|c| c as f32));
     (origin, towards(origin, target), Triangle::new(a, b, c))
 }
 
-/// Exactly through a corner or a point of an edge; every other time one ulp beside.
+/// Draws a ray exactly through a corner or a point of an edge, or one ulp beside it.
 fn through(random: &mut Random, corner: bool) -> Candidate {
     let corners = [(); 3].map(|()| random.lattice(16) * 4.0);
     let first = random.below(3);
@@ -231,13 +230,13 @@ fn far_origin(random: &mut Random) -> Candidate {
     let corners = [(); 3].map(|()| scaled(random.point(), exponent));
     let triangle = Triangle::new(corners[0], corners[1], corners[2]);
     if random.once_in(2) {
-        // The line passes some ulps of the origin beside the target: about as far as the triangle is wide.
+        // The line passes the target at a distance of some ulps of the origin, about the width of the triangle.
         let distance = exponent + random.whole(18, 26);
         let origin = scaled(random.point(), distance);
         let target = inside(corners, random);
         return (origin, towards(origin, target), triangle);
     }
-    // Exactly through the middle, from however far.
+    // The line passes exactly through (0, 0, 0), however far its origin.
     let direction = random.lattice(7);
     let origin = scaled(direction, random.whole(20, 120)) * -1.0;
     (origin, direction, triangle)
@@ -250,7 +249,7 @@ fn mixed_scales(random: &mut Random) -> Candidate {
     };
     let mut corners = [(); 3].map(|()| any(random));
     let mut origin = any(random);
-    // Often alike on one axis, else the largest number alone would decide.
+    // Coordinates are often similar on one axis; otherwise the largest number alone would decide.
     for _ in 0..random.below(3) {
         let (axis, value) = (random.below(3), random.magnitude(-100, 100));
         for corner in &mut corners {
@@ -274,17 +273,17 @@ fn direction_scale(random: &mut Random) -> Candidate {
     let far = random.whole(0, 50);
     let at = |point| scaled(point, far);
     let triangle = Triangle::new(at(triangle.a), at(triangle.b), at(triangle.c));
-    // Its lengths lie within 2^-30 and 2^33.
+    // The direction's components lie between 2^-30 and 2^33 before scaling.
     (at(origin), scaled(direction, random.whole(-119, 94)), triangle)
 }
 
 fn tie(random: &mut Random) -> Candidate {
-    // A coordinate of 2^24 and one of 1 are 2^24 + 1 apart: half-way between two floats.
+    // 2^24 + 1, the distance between 2^24 and -1, is half-way between two floats.
     const LARGE: f32 = 16_777_216.0;
     let odd = |random: &mut Random| (2 * random.whole(-500, 500) + 1) as f32;
     let hair = random.pick(&[0.0, 0.0, power_of_two(-60) as f32, -power_of_two(-100) as f32]);
     let (origin, direction, triangle) = if random.once_in(2) {
-        // t: across a slope that begins at the half-way point.
+        // A tie of t: the triangle is a slope that begins at the half-way point.
         let height = LARGE + 2.0 * random.whole(0, 1000) as f32;
         let slope = 2.0 * random.whole(0, 1) as f32;
         let triangle = Triangle::new(
@@ -294,7 +293,7 @@ fn tie(random: &mut Random) -> Candidate {
         );
         (Vec3::new(hair, -1.0, odd(random)), Vec3::Z, triangle)
     } else {
-        // u or v: across a width of 2^25, an odd number from the middle.
+        // A tie of u or v: the triangle is 2^25 wide, and the ray passes an odd number from its middle.
         let corners = [
             Vec3::new(-LARGE, 0.0, 0.0),
             Vec3::new(LARGE, 0.0, 0.0),
@@ -334,7 +333,7 @@ fn anywhere(random: &mut Random) -> Candidate {
 }
 
 fn touching(random: &mut Random) -> Candidate {
-    // Where a large triangle's corner a is near too, the bounds of other roundings do not cover that of `t`.
+    // Near corner a of a large triangle, the bounds of other roundings do not cover the rounding of `t`.
     let size = power_of_two(random.whole(0, 22)) as f32;
     let mut corners = [(); 3].map(|()| random.lattice(8) * size);
     let (mut origin, mut direction) = (random.lattice(3) * size, random.lattice(8));
@@ -351,7 +350,7 @@ fn touching(random: &mut Random) -> Candidate {
     (origin, direction, Triangle::new(corners[0], corners[1], corners[2]))
 }
 
-/// `None` for a line that misses, or a bound that is no number.
+/// Draws a pair whose interval ends at the hit; `None` for a line that misses, or a bound that is NaN.
 fn interval_end(random: &mut Random) -> Option<(Ray, Triangle)> {
     let family = random.pick(&[
         Family::Lattice,

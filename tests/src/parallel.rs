@@ -1,12 +1,12 @@
-//! Work on all cores, with an answer that does not depend on how many there are.
+//! Parallel map whose result does not depend on the number of processors.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Calls `work` with each number below `count` and returns the answers in order.
+/// Calls `work` with each number below `count` and returns the results in order.
 ///
 /// # Panics
-/// Where `work` does.
+/// If `work` panics.
 pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);

@@ -1,11 +1,11 @@
-//! Rays that a scene has to fear.
+//! Rays that are hard for indices.
 
 use arboleda::{Ray, Triangle, Vec3};
 
 use crate::random::{Random, power_of_two};
 
-/// Rays at a scene: along axes, along faces, through corners and edges, from inside, from far away,
-/// with subnormal directions, each also reversed, and with all sorts of intervals.
+/// Makes rays at a scene: along axes, along faces, through corners and edges, from inside, from far away, with
+/// subnormal directions. Some are reversed, and intervals vary.
 pub fn around(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
     let mut random = Random::new(seed);
     let mut rays = Vec::with_capacity(count);
@@ -35,16 +35,16 @@ fn line(triangles: &[Triangle], random: &mut Random) -> (Vec3, Vec3) {
     let reach = corners.iter().flat_map(|c| c.to_array()).fold(0.0, |a: f32, b| a.max(b.abs()));
     let reach = if reach > 0.0 { reach } else { 1.0 };
     match random.below(8) {
-        // Along an axis, at the coordinates of a corner or an edge.
+        // Along an axis, through a corner or a point of an edge.
         0 => (target - axis(random) * reach, axis(random)),
         // Along an edge, in the plane of the triangle.
         1 => (p - (q - p), q - p),
-        // Through a corner or an edge, from somewhere.
+        // Through a corner or an edge, from a random point.
         2 | 3 => {
             let origin = random.point() * (reach * 0.9);
             (origin, towards(origin, target))
         }
-        // From a corner or an edge itself: t is 0.
+        // From a corner or an edge, so that t is 0.
         4 => (target, random.point()),
         // From far away.
         5 => {
@@ -66,7 +66,7 @@ fn axis(random: &mut Random) -> Vec3 {
     random.pick(&[Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z])
 }
 
-/// From a point to another, halved where the difference would overflow.
+/// Computes the direction from one point to another; a quarter of it if the difference overflows.
 pub fn towards(origin: Vec3, target: Vec3) -> Vec3 {
     let step = target - origin;
     if step.is_finite() { step } else { target * 0.25 - origin * 0.25 }

@@ -1,4 +1,4 @@
-//! Scenes to build indices of: each function one kind, a function of its arguments.
+//! Scenes for index builds. Each scene is a function of its arguments.
 
 use std::collections::HashMap;
 
@@ -6,12 +6,11 @@ use arboleda::{Triangle, Vec3};
 
 use crate::random::Random;
 
-/// Triangles with whole coordinates in `-reach..=reach`: shared planes, edges and corners, and some
-/// without area.
+/// Makes triangles with whole coordinates in `-reach..=reach`. They share planes, edges and corners; some have no area.
 pub fn lattice(count: usize, reach: i32, seed: u64) -> Vec<Triangle> {
     let mut random = Random::new(seed);
     let mut triangle = || {
-        // Half of them small, else all would overlap.
+        // Two thirds are small; otherwise all would overlap.
         let a = random.lattice(reach);
         let near = random.pick(&[1, 1, reach]);
         Triangle::new(a, a + random.lattice(near), a + random.lattice(near))
@@ -19,7 +18,7 @@ pub fn lattice(count: usize, reach: i32, seed: u64) -> Vec<Triangle> {
     (0..count).map(|_| triangle()).collect()
 }
 
-/// Small triangles strewn over the cube from -1 to 1.
+/// Makes small triangles, strewn over the cube from -1 to 1.
 pub fn soup(count: usize, seed: u64) -> Vec<Triangle> {
     let mut random = Random::new(seed);
     let mut triangle = || {
@@ -29,12 +28,12 @@ pub fn soup(count: usize, seed: u64) -> Vec<Triangle> {
     (0..count).map(|_| triangle()).collect()
 }
 
-/// The same triangle many times.
+/// Makes `count` copies of a triangle.
 pub fn coincident(count: usize) -> Vec<Triangle> {
     vec![Triangle::new(Vec3::ZERO, Vec3::new(4.0, 0.0, 1.0), Vec3::new(0.0, 4.0, 2.0)); count]
 }
 
-/// A triangulated square of `2 * side * side` triangles across one axis, at height 3.
+/// Makes a triangulated square of `2 * side * side` triangles, perpendicular to one axis at height 3.
 pub fn flat(side: usize, axis: usize) -> Vec<Triangle> {
     let point = |i: usize, j: usize| {
         let mut p = [i as f32, j as f32, 3.0];
@@ -52,28 +51,28 @@ pub fn flat(side: usize, axis: usize) -> Vec<Triangle> {
     triangles
 }
 
-/// Coordinates up to the largest floats.
+/// Makes a soup with coordinates up to the largest floats.
 pub fn huge(count: usize, seed: u64) -> Vec<Triangle> {
     scaled(&soup(count, seed), 2.0e38)
 }
 
-/// Subnormal coordinates.
+/// Makes a lattice with subnormal coordinates.
 pub fn tiny(count: usize, seed: u64) -> Vec<Triangle> {
     scaled(&lattice(count, 6, seed), 1e-45)
 }
 
-/// Every coordinate times a factor.
+/// Multiplies every coordinate by a factor.
 pub fn scaled(triangles: &[Triangle], factor: f32) -> Vec<Triangle> {
     moved(triangles, factor, Vec3::ZERO)
 }
 
-/// Every corner times a factor, plus a step.
+/// Multiplies every corner by a factor, then adds a step.
 pub fn moved(triangles: &[Triangle], factor: f32, step: Vec3) -> Vec<Triangle> {
     let at = |p: Vec3| p * factor + step;
     triangles.iter().map(|t| Triangle::new(at(t.a), at(t.b), at(t.c))).collect()
 }
 
-/// The twelve triangles of a box.
+/// Makes the twelve triangles of a box.
 pub fn cuboid(lo: Vec3, hi: Vec3) -> [Triangle; 12] {
     let corner = |bits: usize| {
         let pick = |axis: usize| if bits >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
@@ -92,7 +91,7 @@ pub fn cuboid(lo: Vec3, hi: Vec3) -> [Triangle; 12] {
     triangles
 }
 
-/// Unit boxes on a lattice, each touching its neighbours: `side` cubed.
+/// Makes `side` cubed unit boxes on a lattice, each touching its neighbours.
 pub fn touching_boxes(side: usize) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for place in 0..side * side * side {
@@ -103,7 +102,7 @@ pub fn touching_boxes(side: usize) -> Vec<Triangle> {
     triangles
 }
 
-/// A closed sphere of radius 1 about the origin: 20 triangles, each divided by four as often as told.
+/// Makes a closed sphere of radius 1 around the origin: 20 triangles, each divided into four `subdivisions` times.
 /// Neighbours share corners bit for bit.
 pub fn icosphere(subdivisions: usize) -> Vec<Triangle> {
     const FACES: [[usize; 3]; 20] = [
@@ -132,7 +131,7 @@ pub fn icosphere(subdivisions: usize) -> Vec<Triangle> {
     let mut corners: Vec<[f64; 3]> = Vec::new();
     for turn in 0..3 {
         for (long, short) in [(golden, -1.0), (golden, 1.0), (-golden, -1.0), (-golden, 1.0)] {
-            // Ordered below as the usual table of faces wants them.
+            // `usual` below has the corners in the order of the table of faces.
             let mut p = [0.0, short, long];
             p.rotate_right(turn);
             corners.push(p);
@@ -184,7 +183,7 @@ pub fn icosphere(subdivisions: usize) -> Vec<Triangle> {
     faces.iter().map(|&[a, b, c]| Triangle::new(at(a), at(b), at(c))).collect()
 }
 
-/// The vertices of some triangles, each once, and which are a triangle's corners.
+/// Converts triangles to an indexed mesh: the distinct vertices, and the corners of each triangle.
 pub fn welded(triangles: &[Triangle]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let (mut vertices, mut places) = (Vec::new(), HashMap::new());
     let mut place = |vertex: Vec3| {

@@ -1,39 +1,41 @@
 //! Pairs of a ray and a triangle with a volume of exactly 0: at edges and corners, in the plane, without area.
 //!
-//! Pairs are made of small whole numbers, so that each intended 0 is exact. Then the axes change places, and each gets
-//! a power of two of its own. That multiplies all volumes by a power of two, so zeros stay zeros, and neither a hit nor
-//! its weights change, however far apart the exponents are. The kernel decides with whole numbers where exponents lie
-//! close together, and with long sums where they do not; the pairs reach both.
+//! 1. A pair has small whole coordinates, so that each intended 0 is exact.
+//! 2. The axes are permuted, and each is scaled by a power of two of its own. That multiplies all volumes by the same
+//!    power of two, so zeros, hits and weights stay the same.
+//!
+//! The kernel decides by whole numbers if the exponents are close together, and by long sums otherwise. The pairs reach
+//! both.
 
 use arboleda::{Ray, Triangle, Vec3};
 
 use crate::random::{Random, power_of_two};
 
-/// A way in which a volume is 0.
+/// Family of pairs by the reason why a volume is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Zeros {
-    /// Any coordinates of a small lattice.
+    /// Pairs with coordinates of a small lattice.
     Lattice,
-    /// Through a corner, or beside one on the line of an edge.
+    /// Rays through a corner, or beside it on the line of an edge.
     Corner,
-    /// Through a point of an edge, or of the line on which it lies.
+    /// Rays through a point of an edge, or of its line.
     Edge,
-    /// The ray lies in the triangle's plane.
+    /// Rays in the triangle's plane.
     Coplanar,
-    /// Two or three corners are one point.
+    /// Triangles with two or three equal corners.
     EqualCorners,
-    /// Corners on a line.
+    /// Triangles with collinear corners.
     Collinear,
-    /// Along an axis or across one, at coordinates of the corners.
+    /// Rays along one or two axes, at coordinates of the corners.
     ZeroComponents,
-    /// The ray begins in the triangle's plane: `t` is 0.
+    /// Rays that begin in the triangle's plane, so that `t` is 0.
     FromThePlane,
-    /// Down on the lines of a height field whose step is no power of two.
+    /// Rays straight down on the lines of a height field whose step is not a power of two.
     HeightField,
 }
 
 impl Zeros {
-    /// All of them.
+    /// All families.
     pub const ALL: [Self; 9] = [
         Self::Lattice,
         Self::Corner,
@@ -46,12 +48,12 @@ impl Zeros {
         Self::HeightField,
     ];
 
-    /// Tells whether there are hits at all.
+    /// Tells whether the family has hits.
     pub fn hits(self) -> bool {
         !matches!(self, Self::Coplanar | Self::EqualCorners | Self::Collinear)
     }
 
-    /// A line and a triangle.
+    /// Draws a line and a triangle of the family.
     pub fn pair(self, random: &mut Random) -> (Ray, Triangle) {
         loop {
             let (origin, direction, corners) = match self {
@@ -82,10 +84,10 @@ impl Zeros {
     }
 }
 
-/// Origin, direction, corners.
-type Candidate = (Vec3, Vec3, [Vec3; 3]);
+/// Origin, direction and corners of a pair.
+type Parts = (Vec3, Vec3, [Vec3; 3]);
 
-/// Another order of the axes, and a power of two for each.
+/// Change of coordinates: a permutation of the axes and a power of two for each.
 struct Change {
     first: usize,
     exponents: [i32; 3],
@@ -121,15 +123,15 @@ fn corners(random: &mut Random, reach: i32) -> [Vec3; 3] {
     [(); 3].map(|()| random.lattice(reach) * 8.0)
 }
 
-fn lattice(random: &mut Random) -> Candidate {
+fn lattice(random: &mut Random) -> Parts {
     let corners = [(); 3].map(|()| random.lattice(3));
     let origin = random.lattice(5);
     let target = random.pick(&corners) + random.lattice(1);
     (origin, target - origin, corners)
 }
 
-/// Through the first corner, moved by eighths towards the second.
-fn through(random: &mut Random, eighths: i32) -> Candidate {
+/// Draws a ray through the first corner, moved by eighths of the edge towards the second.
+fn through(random: &mut Random, eighths: i32) -> Parts {
     let mut corners = corners(random, 9);
     let [from, to, _] = corners;
     let target = from + (to - from) * (eighths as f32 / 8.0);
@@ -138,7 +140,7 @@ fn through(random: &mut Random, eighths: i32) -> Candidate {
     (target - direction * random.whole(-9, 9) as f32, direction, corners)
 }
 
-fn coplanar(random: &mut Random) -> Candidate {
+fn coplanar(random: &mut Random) -> Parts {
     let [base, p, q] = corners(random, 9);
     let eighth = |random: &mut Random| random.whole(-2, 10) as f32 / 8.0;
     let origin = base + p * eighth(random) + q * eighth(random);
@@ -146,7 +148,7 @@ fn coplanar(random: &mut Random) -> Candidate {
     (origin, direction, [base, base + p, base + q])
 }
 
-fn equal_corners(random: &mut Random) -> Candidate {
+fn equal_corners(random: &mut Random) -> Parts {
     let eighths = random.whole(0, 8);
     let (origin, direction, mut corners) = through(random, eighths);
     corners[1] = corners[0];
@@ -157,7 +159,7 @@ fn equal_corners(random: &mut Random) -> Candidate {
     (origin, direction, corners)
 }
 
-fn collinear(random: &mut Random) -> Candidate {
+fn collinear(random: &mut Random) -> Parts {
     let [a, step, _] = corners(random, 5);
     let at = |random: &mut Random| a + step * random.whole(-3, 3) as f32;
     let corners = [at(random), at(random), at(random)];
@@ -166,7 +168,7 @@ fn collinear(random: &mut Random) -> Candidate {
     (target - direction * random.whole(-9, 9) as f32, direction, corners)
 }
 
-fn zero_components(random: &mut Random) -> Candidate {
+fn zero_components(random: &mut Random) -> Parts {
     let corners = corners(random, 3);
     let mut direction = Vec3::ZERO;
     direction[random.below(3)] = random.whole(-9, 9) as f32;
@@ -183,7 +185,7 @@ fn zero_components(random: &mut Random) -> Candidate {
     (origin, direction, corners)
 }
 
-fn from_the_plane(random: &mut Random) -> Candidate {
+fn from_the_plane(random: &mut Random) -> Parts {
     let [base, p, q] = corners(random, 9);
     let first = random.whole(-1, 8);
     let second = random.whole(0, 8 - first);
@@ -191,7 +193,7 @@ fn from_the_plane(random: &mut Random) -> Candidate {
     (origin, random.lattice(9), [base, base + p, base + q])
 }
 
-fn height_field(random: &mut Random) -> Candidate {
+fn height_field(random: &mut Random) -> Parts {
     const STEP: f32 = 0.1;
     let (i, k) = (random.whole(0, 250), random.whole(0, 250));
     let line = |i: i32| i as f32 * STEP;
@@ -201,7 +203,7 @@ fn height_field(random: &mut Random) -> Candidate {
     let far = vertex(i + 1, k + 1, random);
     let side = if random.once_in(2) { [i + 1, k] } else { [i, k + 1] };
     let corners = [near, vertex(side[0], side[1], random), far];
-    // At a corner, or on a line through one.
+    // The ray passes through a corner, or a line of the grid through one.
     let (p, q) = (random.pick(&corners), random.pick(&corners));
     let between = (line(k) + line(k + 1)) / 2.0;
     let z = random.pick(&[p.z, q.z, between]);

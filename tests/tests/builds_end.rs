@@ -1,6 +1,6 @@
-//! Builds end: in work and memory bounded by a multiple of n log n, wherever the triangles lie.
+//! Tests that builds end: work and memory are at most a multiple of n log n, wherever the triangles lie.
 //!
-//! Work is counted in steps, looks at a triangle, so these are no timed tests.
+//! Work is counted in steps, each a visit of a triangle, so no test depends on time.
 
 use arboleda::{
     Block, BuildError, Capacity, IndexKind, Level, Options, Resolution, Scene, Triangle,
@@ -18,12 +18,12 @@ fn capacity(
     kind.capacity(&Scene::new(triangles), options, Block::bytes(&mut scratch))
 }
 
-/// The steps of a build with the level and the resolution found.
+/// Counts the steps of a build with automatic level and resolution.
 fn steps(kind: IndexKind, triangles: &[Triangle]) -> u64 {
     capacity(kind, triangles, &Options::default()).unwrap().steps
 }
 
-/// Three times the work for as many triangles strewn over a cube is never exceeded.
+/// A crowd takes at most three times the work of as many triangles strewn over a cube.
 #[test]
 fn crowds_cost_no_more_than_three_times_a_benign_scene() {
     const COUNT: usize = 4_000;
@@ -37,7 +37,7 @@ fn crowds_cost_no_more_than_three_times_a_benign_scene() {
     }
 }
 
-/// Work is at most a multiple of `n log2 n`, for few triangles and for many.
+/// Work is at most a multiple of `n log2 n`, for 500 and for 8,000 triangles.
 #[test]
 fn work_grows_no_faster_than_n_log_n() {
     for &kind in IndexKind::ALL {
@@ -50,7 +50,7 @@ fn work_grows_no_faster_than_n_log_n() {
     }
 }
 
-/// Trees have at most 16 references a triangle where the level is found, grids 70.
+/// With automatic level and resolution, trees have at most 16 references a triangle, grids at most 70.
 #[test]
 fn references_are_bounded() {
     for &kind in IndexKind::ALL {
@@ -66,7 +66,7 @@ fn references_are_bounded() {
     }
 }
 
-/// A deep level that is given is reached only as far as divisions part triangles.
+/// A given deep level is reached only as far as divisions separate triangles.
 #[test]
 fn given_levels_and_resolutions_end() {
     let deepest = Options { level: Level::AtMost(20), leaf_capacity: 1, ..Options::default() };
@@ -75,7 +75,7 @@ fn given_levels_and_resolutions_end() {
         let triangles = crowd(30);
         for kind in [IndexKind::Octree, IndexKind::OctreeR, IndexKind::BspTree, IndexKind::KdTree] {
             let steps = capacity(kind, &triangles, &deepest).unwrap().steps;
-            // 4,096 references a triangle, each looked at up to 16 times at each of up to 60 divisions.
+            // 4,096 references a triangle, each visited up to 16 times at each of up to 60 divisions.
             assert!(steps < 30 * 4096 * 16 * 60, "{}, {name}: {steps}", kind.name());
         }
         let grid = capacity(IndexKind::UniformGrid, &triangles, &finest).unwrap().steps;
@@ -83,7 +83,7 @@ fn given_levels_and_resolutions_end() {
     }
 }
 
-/// A build with a limit of work gives an error or an index, and the limit is exact.
+/// A build with a limit of work returns an index or an error, and the limit is exact.
 #[test]
 fn the_work_limit_is_kept() {
     let triangles = crowds::planes_through_a_point(300);
@@ -96,7 +96,7 @@ fn the_work_limit_is_kept() {
     }
 }
 
-/// Every index answers on such scenes as the linear scan does.
+/// Every index answers on crowds as the linear scan does.
 #[test]
 fn crowds_are_answered_exactly() {
     for (_, crowd) in crowds::ALL {

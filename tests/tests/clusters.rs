@@ -1,7 +1,7 @@
-//! Clusters and their tree against comparing all pairs, and in near-linear time.
+//! Tests of clusters and their tree: equality with the oracles, which compare all pairs, and near-linear time.
 //!
-//! The small scenes are on a lattice: many gaps are equal, so that every rule about ties counts. The
-//! large ones are those on which a search that is fast on average is known to become all pairs.
+//! The small scenes are on a lattice, where many gaps are equal, so that every rule about ties matters. The large
+//! scenes are those on which a search that is fast on average is known to become quadratic.
 
 use std::time::{Duration, Instant};
 
@@ -29,7 +29,7 @@ fn found(scene: &Scene<'_>, options: &Options) -> Vec<Vec<u32>> {
     clusters.iter().map(<[u32]>::to_vec).collect()
 }
 
-/// Small boxes, tetrahedra and triangles on a lattice, some much larger than others.
+/// Makes small boxes, tetrahedra and triangles on a lattice, some much larger than others.
 fn small_scene(random: &mut Random) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     let reach = random.pick(&[3, 10, 30]);
@@ -71,7 +71,7 @@ fn clusters_are_those_of_all_pairs() {
         let one_class = Options { size_classes: 1, ..options };
         several_classes += usize::from(clusters(&triangles, None, &one_class) != expected);
 
-        // Objects: each box as a whole, or triangles thrown together at random.
+        // Objects are whole boxes, or random sets of triangles.
         let boxes: Vec<u32> = (0..count as u32).map(|id| id / 12).collect();
         let thrown: Vec<u32> = (0..count).map(|_| random.below(count) as u32).collect();
         for objects in [boxes, thrown] {
@@ -80,7 +80,7 @@ fn clusters_are_those_of_all_pairs() {
             assert_eq!(found(&scene, &options), expected, "seed {seed} with objects {options:?}");
         }
     }
-    // Else the rules about classes and gaps would have decided nothing.
+    // The test is void if too few scenes have several classes.
     assert!(several_classes * 10 > SMALL_SCENES as usize, "{several_classes}");
     assert!(several_clusters * 3 > SMALL_SCENES as usize, "{several_clusters}");
 }
@@ -104,7 +104,7 @@ fn clusters_do_not_depend_on_the_order_of_triangles() {
     }
 }
 
-/// The cluster tree of a scene.
+/// Builds the cluster tree of a scene. Returns its nodes and the number of clusters.
 fn tree(triangles: &[Triangle], options: &Options) -> (Vec<ClusterNode>, usize) {
     let built = Built::new(IndexKind::OctreeHierarchy, &Scene::new(triangles), options);
     let built = built.expect("an ordinary scene");
@@ -112,19 +112,19 @@ fn tree(triangles: &[Triangle], options: &Options) -> (Vec<ClusterNode>, usize) 
     (index.sections().nodes().to_vec(), index.sections().cluster_count() as usize)
 }
 
-/// The most joins above a leaf.
+/// Computes the most joins above a leaf.
 fn depth(nodes: &[ClusterNode], leaf_count: usize) -> u32 {
     let mut depths = vec![0; nodes.len()];
     for id in (0..nodes.len()).rev() {
         if let Some(parent) = nodes.get(nodes[id].parent.0 as usize) {
-            assert!(parent.links.contains(&(id as u32)), "a parent does not know its child");
+            assert!(parent.links.contains(&(id as u32)), "a parent has no link to its child");
             depths[id] = depths[nodes[id].parent.0 as usize] + 1;
         }
     }
     depths.iter().take(leaf_count).copied().max().unwrap_or(0)
 }
 
-/// `ceil(log2(count))`, 0 for none.
+/// Computes `ceil(log2(count))`; 0 for a count of 0.
 fn balanced_depth(count: usize) -> u32 {
     count.next_power_of_two().trailing_zeros()
 }
@@ -137,7 +137,7 @@ fn the_cluster_tree_is_that_of_all_pairs() {
         let mut random = Random::new(seed ^ 0xdef);
         let mut triangles = small_scene(&mut random);
         if seed % 2 == 0 {
-            // Many equal boxes at equal gaps.
+            // The scene has many equal boxes at equal gaps.
             let mut cells: Vec<i32> = (0..216).collect();
             random.shuffle(&mut cells);
             for cell in cells.into_iter().take(random.below(100)) {
@@ -175,14 +175,14 @@ fn the_cluster_tree_is_that_of_all_pairs() {
 
 const BOXES: usize = if DEBUG { 4_000 } else { 50_000 };
 
-/// Generous: they take a second or two on a free core, and all pairs would take many minutes.
+/// Longest time of a test. A test takes a second or two on a free core; a quadratic search would take many minutes.
 const BOUND: Duration = Duration::from_secs(60);
 
-/// Clusters boxes and joins them, says how long it took, and checks how many clusters there are.
+/// Finds and joins clusters of boxes. Checks the time and the number of clusters.
 fn in_time(name: &str, boxes: &[(Vec3, Vec3)], proximity: f32, expected: Option<usize>) {
     let triangles: Vec<Triangle> =
         boxes.iter().flat_map(|&(lo, hi)| scenes::cuboid(lo, hi)).collect();
-    // Level 0: the octrees are not what is measured.
+    // At level 0 the octrees are trivial, so the time is that of the clusters.
     let options = Options { level: Level::AtMost(0), proximity, ..Options::default() };
     let start = Instant::now();
     let (nodes, count) = tree(&triangles, &options);
@@ -196,7 +196,7 @@ fn in_time(name: &str, boxes: &[(Vec3, Vec3)], proximity: f32, expected: Option<
     assert_eq!(depth(&nodes, count), balanced_depth(count), "{name}");
 }
 
-/// Unit boxes on a lattice with gaps of two, in random order.
+/// Makes unit boxes on a lattice with gaps of two, in random order.
 fn separate_boxes(count: usize) -> Vec<(Vec3, Vec3)> {
     let side = (count as f64).cbrt().ceil() as usize;
     let at =
@@ -245,7 +245,7 @@ fn nested_boxes_take_seconds() {
     in_time("nested boxes that must touch", &boxes, 0.0, None);
 }
 
-/// Half of the boxes lie in a part of the scene that a grid over the whole does not resolve.
+/// Half of the boxes lie in a part of the scene that is smaller than a cell of a grid over the whole scene.
 #[test]
 fn boxes_at_growing_gaps_take_seconds() {
     let mut boxes: Vec<_> = (0..BOXES)
@@ -262,7 +262,7 @@ fn boxes_at_growing_gaps_take_seconds() {
     in_time("growing gaps, shuffled", &boxes, 0.0, None);
 }
 
-/// One far box must not make all others look alike to the search.
+/// A far box enlarges the scene, and must not make the search unable to separate the other boxes.
 #[test]
 fn boxes_beside_a_far_one_take_seconds() {
     let mut boxes = separate_boxes(BOXES - 1);

@@ -1,9 +1,9 @@
-//! The same bytes and the same answers everywhere.
+//! Tests that index bytes and answers are the same everywhere.
 //!
-//! A fixed scene is built as every kind of index, and their bytes and the answers are digested. The
-//! golden values below were computed on x86_64; another target, another optimisation level or another
-//! instruction set must reproduce them. The bytes change when an index's format or its build does; answers
-//! never, and they are the same for every kind.
+//! Every kind of index is built of a fixed scene, and digests of its bytes and answers are compared with golden values.
+//! The golden values were computed on x86_64. Other targets, optimisation levels and instruction sets must reproduce
+//! them. Index bytes change with the format or the build of an index. Answers never change, and are the same for every
+//! kind.
 
 use arboleda::kinds::{CompactBvh, LeanBvh, Representation, WideBvh};
 use arboleda::{
@@ -13,10 +13,10 @@ use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
 use arboleda_tests::{rays, scenes};
 
-/// Of the answers of every kind.
+/// Digest of the answers, the same for every kind.
 const ANSWERS: u64 = 0x26c5_5cfd_5d28_b3f9;
 
-/// Digest of the bytes of each kind, by name.
+/// Digest of the index bytes of each kind, by name.
 const INDEX_BYTES: &[(&str, u64)] = &[
     ("linear", 0xfff0_5021_2d98_9325),
     ("octree", 0xace1_5e14_79ff_d65d),
@@ -39,8 +39,8 @@ const INDEX_BYTES: &[(&str, u64)] = &[
     ("lean-bvh-hierarchy", 0x2569_d243_7e72_2e7f),
 ];
 
-/// Lattices, soups and a sphere in three groups of different sizes: sums, products and square roots
-/// only, which round alike everywhere.
+/// Makes a lattice, a soup and a sphere in three groups of different sizes. Only sums, products and square roots are
+/// used, which are rounded in the same way everywhere.
 fn scene() -> Vec<Triangle> {
     let mut triangles = scenes::lattice(300, 5, 1);
     triangles.extend(scenes::moved(&scenes::soup(500, 2), 10.0, Vec3::new(100.0, -3.0, 0.1)));
@@ -54,7 +54,7 @@ fn hard_rays(triangles: &[Triangle]) -> Vec<Ray> {
 }
 
 #[test]
-fn images_are_the_golden_ones() {
+fn index_bytes_are_the_golden_ones() {
     let triangles = scene();
     let mut wrong = Vec::new();
     for &kind in IndexKind::ALL {
@@ -68,12 +68,12 @@ fn images_are_the_golden_ones() {
     }
     assert!(
         wrong.is_empty(),
-        "index bytes changed or are new; if that was meant, the lines are\n{}",
+        "index bytes changed or are new; if that was intended, the lines are\n{}",
         wrong.join("\n")
     );
 }
 
-/// The second branch first.
+/// Executor that runs the second branch first.
 struct Backwards;
 
 impl Executor for Backwards {
@@ -87,7 +87,7 @@ impl Executor for Backwards {
     }
 }
 
-/// A thread of its own for each second branch.
+/// Executor that runs each second branch in a thread of its own.
 struct AtOnce;
 
 impl Executor for AtOnce {
@@ -103,7 +103,7 @@ impl Executor for AtOnce {
     }
 }
 
-/// Large enough that branches are offered to the executor, in one cluster and in several.
+/// The scenes are large enough that builds pass branches to the executor, in one cluster and in several.
 #[test]
 fn executors_change_nothing() {
     let mut triangles = scenes::soup(20_000, 3);
@@ -124,7 +124,7 @@ fn executors_change_nothing() {
     }
 }
 
-/// With and without the vector instructions that the processor has: the same answers, the same counters.
+/// Answers and counters are the same at every SIMD level of the processor.
 #[test]
 fn vector_instructions_change_nothing() {
     let triangles = scene();

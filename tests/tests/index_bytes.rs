@@ -1,7 +1,7 @@
-//! Bytes of indices that no build wrote: cut short, damaged, or forged.
+//! Tests of hostile index bytes: truncated, damaged, or forged.
 //!
-//! `from_bytes` must not panic, and what it accepts must be safe to query. See
-//! `arboleda_tests::hostile` for what "safe" means.
+//! `from_bytes` must not panic, and an index that it accepts must be safe to query. `arboleda_tests::hostile` defines
+//! "safe".
 
 use arboleda::{IndexKind, Level, OpenError, Options, Scene, Vec3};
 use arboleda_tests::build::Built;
@@ -13,8 +13,8 @@ use arboleda_tests::{parallel, scenes};
 
 const DEBUG: bool = cfg!(debug_assertions);
 
-/// A small index of every kind.
-fn small_indices() -> Vec<Built> {
+/// Builds a small index of every kind.
+fn indices() -> Vec<Built> {
     let triangles = two_lattices();
     let built = IndexKind::ALL.iter().map(|&kind| {
         Built::new(kind, &Scene::new(&triangles), &small_options()).expect("an ordinary scene")
@@ -24,10 +24,10 @@ fn small_indices() -> Vec<Built> {
 
 #[test]
 fn every_truncation_is_refused() {
-    for built in small_indices() {
+    for built in indices() {
         let bytes = built.bytes();
         hostile::every_truncation_is_refused(&built, |cut| built.kind().from_bytes(cut).err());
-        // What comes after the bytes of an index is not part of it.
+        // Bytes after the index are not part of it.
         let longer = Built::copied(built.kind(), &[bytes, &[0xff; 100]].concat());
         let index = longer.index();
         assert_eq!(arboleda::RayIndex::as_bytes(&index), bytes);
@@ -36,17 +36,17 @@ fn every_truncation_is_refused() {
 
 #[test]
 fn every_flipped_bit_is_harmless() {
-    for built in small_indices() {
+    for built in indices() {
         let rays = some_rays(&two_lattices());
         hostile::every_flipped_bit_is_harmless(&built, |damaged| is_harmless(damaged, &rays));
     }
 }
 
-/// Several words replaced by others that look like they belong there.
+/// Replaces one to four words by plausible values.
 #[test]
 fn replaced_words_are_harmless() {
     let rounds = if DEBUG { 2_000 } else { 40_000 };
-    for built in small_indices() {
+    for built in indices() {
         let rays = some_rays(&two_lattices());
         let word_count = built.bytes().len() / 4;
         parallel::map(rounds / 1_000, |job| {
@@ -54,7 +54,7 @@ fn replaced_words_are_harmless() {
             for _ in 0..1_000 {
                 let mut damaged = Built::copied(built.kind(), built.bytes());
                 for _ in 0..random.whole(1, 4) {
-                    // Spare the magic number and the version, else little else would be reached.
+                    // The magic number and the version are spared, because a change of them is always refused.
                     let to = 4 * (3 + random.below(word_count - 3));
                     let from = 4 * random.below(word_count);
                     let mut word = [0; 4];
@@ -102,7 +102,7 @@ fn one_cluster() -> Options {
     Options { proximity: 1e6, size_classes: 1, ..Options::default() }
 }
 
-/// The octree's format, forged: see the head of `indices/octree.rs` in the core.
+/// Forged words of an octree are refused. The core's `indices/cells/octant_tree.rs` describes the format.
 #[test]
 fn forged_octrees_are_refused() {
     const LEAF: u32 = 1 << 31;
@@ -130,7 +130,8 @@ fn forged_octrees_are_refused() {
     refused("words left over", &[LEAF | 1, 1, 0, 0]);
 }
 
-/// A wide BVH of many pages begins with upper nodes: see the head of `indices/wide_bvh/mod.rs` in the core.
+/// Damaged words of a wide BVH with upper nodes are refused. The core's `indices/wide/full/mod.rs` describes the
+/// format.
 #[test]
 fn forged_upper_nodes_are_refused() {
     const UPPER_ROWS: usize = 3;
@@ -163,7 +164,7 @@ fn forged_upper_nodes_are_refused() {
     for wrong in [0, 1, 3, upper[1], 2 + upper_rows, rows, u32::MAX] {
         refused("another root", &[(0, wrong)]);
     }
-    // Upper nodes, other nodes and leaves are each in order; the leaves of a node may share rows.
+    // Upper nodes, lower nodes and leaves are each in order; the leaves of a node may share rows.
     let order = |link: u32| (link < 2 + upper_rows, link >> 31);
     let in_order = |pair: &&[usize]| {
         let (a, b) = (words[pair[0]], words[pair[1]]);
@@ -174,7 +175,7 @@ fn forged_upper_nodes_are_refused() {
         refused("children in another order", &swapped);
         refused("two children that are one", &swapped[..1]);
     }
-    // Where a leaf begins among those that it shares rows with, and what is in the lanes of none.
+    // The first lane of a leaf that shares its rows, and the lanes of no leaf.
     let mut lanes = 0;
     for &place in links.iter().filter(|&&place| words[place] >> 31 == 1) {
         let (row, edge) = (words[place] & !(15 << 28), place + 8);
@@ -188,7 +189,7 @@ fn forged_upper_nodes_are_refused() {
         }
     }
     assert!(lanes > 0, "no unused lane");
-    // Whatever else they may be.
+    // Any other change of a word is refused or harmless.
     let rays = some_rays(&triangles);
     let values: Vec<u32> =
         upper.iter().copied().chain([0, 1, rows - 8, 1 << 31, u32::MAX]).collect();
@@ -199,7 +200,7 @@ fn forged_upper_nodes_are_refused() {
     });
 }
 
-/// A chain of cells, one in the other, as deep as told.
+/// Makes the words of an octree that is a chain of `depth` nested cells.
 fn chain(depth: u32) -> Vec<u32> {
     let mut words = vec![1];
     for level in 0..depth {
@@ -215,7 +216,7 @@ fn chain(depth: u32) -> Vec<u32> {
 }
 
 #[test]
-fn an_octree_deeper_than_the_walk_is_refused() {
+fn an_octree_deeper_than_the_stack_of_the_traversal_is_refused() {
     let triangles = scenes::lattice(9, 2, 5);
     for kind in [IndexKind::Octree, IndexKind::OctreeHierarchy] {
         let valid = Built::new(kind, &Scene::new(&triangles), &one_cluster()).expect("one cluster");
@@ -223,14 +224,14 @@ fn an_octree_deeper_than_the_walk_is_refused() {
         for depth in 0..200 {
             let forged = with_words(&valid, &chain(depth));
             let accepted = is_harmless(&forged, &rays) > 0;
-            // As deep as the deepest level that can be built must do; much deeper must not.
+            // The deepest level that can be built, 20, must be accepted; much deeper trees must not.
             assert!(accepted || depth > 20, "a chain of {depth} is refused");
             assert!(!accepted || depth < 30, "a chain of {depth} is accepted");
         }
     }
 }
 
-/// The cluster tree's links, rewired in every way that two changes allow.
+/// Changes two links of the cluster tree, in release builds in a fifth of all ways.
 #[test]
 fn rewired_cluster_trees_are_harmless() {
     let place = |i: u8| Vec3::X * (100.0 * f32::from(i * i));
@@ -244,19 +245,19 @@ fn rewired_cluster_trees_are_harmless() {
         assert_eq!(nodes.len(), 11, "six clusters");
         let start = offset_in(built.bytes(), nodes);
         let rays = some_rays(&triangles);
-        // Three words a node: two links and the parent.
-        let places: Vec<usize> = (0..33).map(|i| start + i / 3 * 36 + 24 + i % 3 * 4).collect();
+        // A node has three links: two children and the parent.
+        let offsets: Vec<usize> = (0..33).map(|i| start + i / 3 * 36 + 24 + i % 3 * 4).collect();
         let values: Vec<u32> = (0..12).chain([u32::MAX, 1 << 31]).collect();
-        let changes: Vec<(usize, u32)> = places
+        let changes: Vec<(usize, u32)> = offsets
             .iter()
-            .flat_map(|&place| values.iter().map(move |&value| (place, value)))
+            .flat_map(|&offset| values.iter().map(move |&value| (offset, value)))
             .collect();
         parallel::map(changes.len(), |first| {
             let stride = if DEBUG { 37 } else { 5 };
             for second in (first..changes.len()).step_by(stride) {
                 let mut damaged = Built::copied(kind, built.bytes());
-                for (place, value) in [changes[first], changes[second]] {
-                    damaged.bytes_mut()[place..place + 4].copy_from_slice(&value.to_ne_bytes());
+                for (offset, value) in [changes[first], changes[second]] {
+                    damaged.bytes_mut()[offset..offset + 4].copy_from_slice(&value.to_ne_bytes());
                 }
                 is_harmless(&damaged, &rays);
             }
@@ -290,8 +291,8 @@ fn misaligned_memory_is_an_error() {
 }
 
 #[test]
-fn an_index_of_another_kind_order_or_version_is_told_apart() {
-    for built in small_indices() {
+fn bytes_of_another_kind_order_or_version_are_refused_as_such() {
+    for built in indices() {
         for &kind in IndexKind::ALL.iter().filter(|&&kind| kind != built.kind()) {
             let error = kind.from_bytes(built.bytes()).err();
             assert!(matches!(error, Some(OpenError::OtherKind { .. })), "{error:?}");
@@ -309,7 +310,7 @@ fn an_index_of_another_kind_order_or_version_is_told_apart() {
         assert_eq!(swapped, Some(OpenError::OtherByteOrder));
         let version = damaged(|bytes| bytes[8..12].copy_from_slice(&77_u32.to_ne_bytes()));
         assert_eq!(version, Some(OpenError::OtherVersion { found: 77 }));
-        // Counts that would make the sections end beyond any memory.
+        // Counts with which the sections would end beyond any memory.
         for field in 4..7 {
             let mut copy = Built::copied(built.kind(), built.bytes());
             copy.bytes_mut()[4 * field..4 * field + 4].fill(0xff);

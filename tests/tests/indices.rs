@@ -1,5 +1,5 @@
-//! Every index gives the answers of testing every triangle, bit for bit, in exactly the memory it
-//! asks for: on random scenes, and on each kind of scene that is likely to break something.
+//! Tests that every index gives the answers of the linear scan, bit for bit, in exactly the memory that it requires: on
+//! random scenes, and on scenes that are likely to reveal defects.
 
 use arboleda::{
     BuildError, Counters, IndexKind, Level, MeshError, Options, Ray, Scene, Triangle, Vec3,
@@ -13,7 +13,7 @@ use proptest::prelude::*;
 
 const DEBUG: bool = cfg!(debug_assertions);
 
-/// All levels and leaf capacities that differ on small scenes.
+/// Draws options among all levels and leaf capacities that matter on small scenes.
 fn options() -> impl Strategy<Value = Options> {
     let level = prop_oneof![Just(Level::Automatic), (0..=6_u32).prop_map(Level::AtMost)];
     let proximity = prop_oneof![Just(0.0_f32), Just(0.5), 0.0..4.0_f32];
@@ -61,7 +61,7 @@ fn whole() -> impl Strategy<Value = f32> + Clone {
     (-5..=5_i32).prop_map(|i| i as f32)
 }
 
-/// Any finite float, most of them of ordinary size.
+/// Draws any finite float, most of ordinary size.
 fn float() -> impl Strategy<Value = f32> + Clone {
     let ordinary = -8.0..8.0_f32;
     let any = prop::num::f32::NORMAL | prop::num::f32::SUBNORMAL | prop::num::f32::ZERO;
@@ -94,7 +94,7 @@ proptest! {
     }
 }
 
-/// The scenes of the edge matrix, by name.
+/// Lists the scenes of the edge matrix, with their names.
 fn edge_scenes() -> Vec<(&'static str, Vec<Triangle>)> {
     let mut mixed = scenes::soup(120, 5);
     mixed.extend(scenes::huge(20, 6));
@@ -143,14 +143,14 @@ fn edge_scenes_with_hard_rays() {
             .filter(|ray| triangles.iter().any(|t| arboleda::intersect(ray, t).is_some()));
         (*name, hits.count())
     });
-    // A scene whose rays all miss has shown nothing.
+    // A scene whose rays all miss would show nothing.
     for (name, hits) in found {
         let empty = ["none", "one without area"].contains(&name);
         assert!(empty == (hits == 0), "{name}: {hits} hits");
     }
 }
 
-/// What is hard for the kernel is hard for boxes and filters in front of it, on lines and on halves of them.
+/// Pairs that are hard for the kernel are hard for the boxes and filters before it too, as lines and as half-lines.
 #[test]
 fn hard_pairs_together() {
     let rounds = if DEBUG { 2 } else { 20 };
@@ -185,13 +185,13 @@ fn whole_objects_are_indexed_like_triangles() {
     }
 }
 
-/// The cells of grids are chosen by the rays to come, if enough of them pass; no other index depends on them.
+/// The cells of grids depend on the sample of rays, if enough rays pass the grid. No other index depends on the sample.
 #[test]
 fn grids_go_by_the_rays_given() {
     let near = scenes::icosphere(3);
     let far = scenes::moved(&near, 1.0, Vec3::new(500.0, 0.0, 0.0));
     let triangles = [near, far].concat();
-    // All stay around one of the spheres: a grid over both may be as fine as that needs.
+    // All rays stay around one of the spheres, so a grid over both may be as fine as that sphere needs.
     let some = rays::around(&triangles[..triangles.len() / 2], 300, 1);
     let inside = |rays| {
         let built = |&kind: &IndexKind| {
@@ -276,8 +276,8 @@ fn options_and_objects_out_of_range_are_refused() {
     }
 }
 
-/// Nothing in a flat scene can be hit from within its plane, and nothing is tested: neither from inside, nor from
-/// beside, in no index.
+/// A ray in the plane of a flat scene hits nothing, and no index tests a triangle, whether the ray begins inside or
+/// outside the scene.
 #[test]
 fn rays_in_the_plane_of_a_flat_scene_test_nothing() {
     for axis in 0..3 {

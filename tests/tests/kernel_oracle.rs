@@ -1,8 +1,9 @@
-//! The exact kernel against exact integers, on pairs chosen to be hard.
+//! Tests of the exact kernel against exact integers, on pairs chosen to be hard.
 //!
-//! 1.2 million pairs in release, 30,000 in debug, each on a line and on half of it; every bit of `t`, `u` and
-//! `v` must agree. Each family must yield hits and misses enough, so that neither answer can be right by default.
-//! Then a million pairs more of which volumes are exactly 0.
+//! - Hard pairs: 1.2 million in release builds, 30,000 in debug builds.
+//! - Pairs with volumes of exactly 0: a million more in release builds.
+//! - Each pair is tested as a line and as a half-line; every bit of `t`, `u` and `v` must agree.
+//! - Each family must have enough hits and misses, so that a constant answer cannot pass.
 
 use arboleda::kinds::WideBvh;
 use arboleda::{
@@ -17,14 +18,14 @@ const PAIRS_PER_FAMILY: usize = if cfg!(debug_assertions) { 2_000 } else { 80_00
 const ZEROS_PER_WAY: usize = if cfg!(debug_assertions) { 2_000 } else { 112_000 };
 const CHUNK: usize = 1_000;
 
-/// The least share of hits, and of misses, of a family: one in twenty.
+/// Reciprocal of the least share of hits, and of misses, in a family.
 const LEAST_SHARE: usize = 20;
 
 fn bits(hit: Option<Intersection>) -> Option<[u32; 3]> {
     hit.map(|hit| [hit.t, hit.u, hit.v].map(f32::to_bits))
 }
 
-/// The wide BVH has filters of its own in front of the kernel.
+/// Memory of wide BVHs of one triangle, whose SIMD filters precede the kernel.
 struct Lanes {
     arena: Vec<Block>,
     scratch: Vec<Block>,
@@ -37,7 +38,7 @@ impl Lanes {
         Self { arena: vec![Block::ZERO; 32], scratch }
     }
 
-    /// With all vectors that the processor has, and with none: the hit, and whether there is any.
+    /// Returns the hit, and whether the ray is occluded, at the processor's SIMD level and at the compiled one.
     fn intersect(&mut self, ray: &Ray, triangle: Triangle) -> [(Option<Intersection>, bool); 2] {
         let triangles = [triangle];
         let (arena, scratch) = (Block::bytes(&mut self.arena), Block::bytes(&mut self.scratch));
@@ -51,7 +52,7 @@ impl Lanes {
     }
 }
 
-/// A way of making pairs.
+/// Family of pairs.
 trait Pairs: Copy + PartialEq + std::fmt::Debug + Send + Sync {
     const PAIRS: usize;
 
@@ -91,7 +92,7 @@ struct Outcome<P> {
 }
 
 impl<P: Pairs> Outcome<P> {
-    /// Asks the kernel, and the wide BVH in both ways.
+    /// Compares the kernel, and the wide BVH at both SIMD levels, with the oracle.
     fn check(
         &mut self,
         lanes: &mut Lanes,
@@ -121,7 +122,7 @@ fn run<P: Pairs>(pairs: P, job: usize) -> Outcome<P> {
         let (line, triangle) = pairs.pair(&mut random);
         let on_line = oracle::hit::intersect(&line, &triangle);
         outcome.hits += usize::from(on_line.is_some());
-        // A line is decided in f64 only, half of one in lanes too.
+        // Lines are decided in f64 only, half-lines in SIMD lanes too.
         let ahead = pairs::half_line(&line, on_line.map(|hit| hit.t));
         let on_half = oracle::hit::intersect(&ahead, &triangle);
         outcome.check(&mut lanes, &ahead, triangle, on_half);
@@ -130,8 +131,10 @@ fn run<P: Pairs>(pairs: P, job: usize) -> Outcome<P> {
     outcome
 }
 
+/// Runs all families.
+///
 /// # Panics
-/// Panics if a bit is wrong, or hits or misses are too few.
+/// If a bit is wrong, or a family has too few hits or misses.
 fn all_are_exact<P: Pairs>(ways: &[P]) {
     let jobs = ways.len() * P::PAIRS.div_ceil(CHUNK);
     let outcomes = parallel::map(jobs, |job| run(ways[job % ways.len()], job));
@@ -163,7 +166,7 @@ fn every_exact_zero_is_decided_and_rounded_exactly() {
     all_are_exact(&Zeros::ALL);
 }
 
-/// `1 - u` is no double where `u` is below 2^-53; a weight of 1 beside it must still be lowered.
+/// If `u` is below 2^-53, `1 - u` is not an `f64`. A weight `v` of 1 must still be lowered.
 #[test]
 fn weights_near_a_corner_do_not_sum_to_more_than_one() {
     for tiny in [f32::from_bits(1), 1e-40, 1e-30, 8.673_617_4e-19, 1e-9] {
@@ -175,7 +178,7 @@ fn weights_near_a_corner_do_not_sum_to_more_than_one() {
     }
 }
 
-/// Neither order of the corners nor the sign of the direction changes whether a line hits.
+/// A hit of a line depends neither on the order of the corners nor on the sign of the direction.
 #[test]
 fn a_hit_does_not_depend_on_the_order_of_corners() {
     let mut random = Random::new(7);

@@ -1,5 +1,5 @@
-//! Layouts that other languages may rely on: the fields of triangles, hits and counters. (A test in the core has the
-//! fields of rays, which are private.)
+//! Tests of layouts that other languages may rely on: the fields of triangles, hits and counters. The fields of rays
+//! are private, so a test in the core checks them.
 
 use core::mem::{align_of, offset_of, size_of};
 

@@ -1,8 +1,8 @@
-//! No ray gets out of a closed mesh.
+//! Tests that no ray leaves a closed mesh without a hit.
 //!
-//! Rays from inside a sphere of 20,480 triangles at points of its edges and at its corners, where a
-//! triangle on either side may think that the ray belongs to the other: each must hit. So must those
-//! in copies of the sphere that lie far from the origin and have other sizes.
+//! Rays go from inside a sphere of 20,480 triangles to its corners and to points of its edges. There a rounding error
+//! in both adjacent triangles would let the ray pass. Copies of the sphere lie far from the origin and have other
+//! sizes.
 
 use std::time::Instant;
 
@@ -13,17 +13,17 @@ use arboleda_tests::random::Random;
 use arboleda_tests::{parallel, scenes};
 
 const RAYS: usize = if cfg!(debug_assertions) { 20_000 } else { 1_000_000 };
-/// The linear scan is a thousand times slower: it is asked about one ray in so many.
+/// Ratio of all rays to those of the linear scan, which is a thousand times slower than the indices.
 const SHARE_OF_LINEAR: usize = 2_000;
 const CHUNK: usize = 1_000;
 
-/// A ray from well inside at an edge or a corner.
+/// Draws a ray from well inside the sphere to an edge or a corner.
 fn outwards(triangles: &[Triangle], centre: Vec3, radius: f32, random: &mut Random) -> Ray {
     let Triangle { a, b, c } = triangles[random.below(triangles.len())];
     let (p, q) = random.pick(&[(a, b), (b, c), (c, a)]);
     let along = random.pick(&[0.0, 0.5, random.clone().unit()]);
     let target = p + (q - p) * along;
-    // Also from the middle itself and from straight below the edge.
+    // The origin is the centre, or a point near it.
     let origin = centre + random.point() * (radius * random.pick(&[0.0, 0.1, 0.5]));
     let direction = target - origin;
     Ray::new(origin, direction).expect("the target is not the origin")
@@ -52,7 +52,7 @@ fn leaks(name: &str, sphere: &[Triangle], centre: Vec3, radius: f32, ray_count: 
                 if hit.is_none() || !index.occluded(&ray) {
                     *leaks += 1;
                 }
-                // All that asked about this ray agree.
+                // All indices that answer this ray agree.
                 let found = hit.as_ref().map(bits);
                 assert_eq!(*first.get_or_insert(found), found, "{} {ray:?}", index.kind().name());
             }
@@ -83,7 +83,7 @@ fn none_from_a_sphere_far_away() {
 
 #[test]
 fn none_from_a_sphere_as_coarse_as_its_floats() {
-    // Coordinates are multiples of 1/16: many triangles are slivers, some have no area.
+    // Coordinates are multiples of 1/16, so many triangles are slivers and some have no area.
     let centre = Vec3::splat(1e6);
     let sphere = scenes::moved(&scenes::icosphere(5), 4.0, centre);
     leaks("sphere of radius 4 at 1e6", &sphere, centre, 4.0, RAYS / 4);

@@ -1,8 +1,6 @@
-//! Indices beside a mesh that the caller keeps: which meshes are taken, how much memory they need, and bytes
-//! that nobody built.
+//! Tests of indices beside a mesh that the caller keeps: accepted and refused meshes, memory, hostile index bytes.
 //!
-//! That they give the answers of all others, on all scenes of the other tests, is in
-//! `arboleda_tests::checks`.
+//! `arboleda_tests::checks` compares their answers with those of other indices, on the scenes of the other tests.
 
 use arboleda::kinds::LeanBvh;
 use arboleda::{BuildError, Index, IndexKind, Mesh, MeshError, OpenError, Options, Scene, Vec3};
@@ -17,7 +15,7 @@ use arboleda_tests::{rays, scenes};
 
 const DEBUG: bool = cfg!(debug_assertions);
 
-/// Those that can lie beside a mesh.
+/// Lists the kinds that can lie beside a mesh.
 fn kinds() -> impl Iterator<Item = IndexKind> {
     IndexKind::ALL.iter().copied().filter(|kind| !kind.holds_triangles())
 }
@@ -83,12 +81,12 @@ fn what_holds_the_triangles_is_not_built_beside_them() {
     for &kind in IndexKind::ALL.iter().filter(|kind| kind.holds_triangles()) {
         let refusal = Built::new(kind, &Scene::new(&triangles).beside(), &Options::default());
         assert_eq!(refusal.err(), Some(BuildError::HoldsTriangles { kind: kind.name() }));
-        // Nor is it read so.
+        // The bytes are not opened beside a mesh either.
         let own = Built::new(kind, &Scene::new(&triangles), &Options::default()).expect("alone");
         let error = kind.from_bytes_beside(own.bytes(), Mesh::Triangles(&triangles)).err();
         assert_eq!(error, Some(OpenError::HasTriangles), "{}", kind.name());
+        // Bit 18 of the fourth word claims that the index lies beside a mesh.
         let mut forged = Built::copied(kind, own.bytes());
-        // Bit 18 of the fourth word.
         forged.bytes_mut()[12..16]
             .iter_mut()
             .zip((1_u32 << 18).to_ne_bytes())
@@ -109,12 +107,12 @@ fn an_index_takes_no_other_mesh_than_its_own() {
         let beside = Built::new(kind, &Scene::of(mesh).beside(), &small_options());
         let beside = beside.expect("the same scene");
 
-        // 1. None, or one too many.
+        // 1. A missing mesh, and a mesh for an index with triangles.
         assert_eq!(kind.from_bytes(beside.bytes()).err(), Some(OpenError::MeshMissing), "{name}");
         let error = kind.from_bytes_beside(own.bytes(), mesh).err();
         assert_eq!(error, Some(OpenError::HasTriangles), "{name}");
 
-        // 2. Of another length.
+        // 2. A mesh of another length.
         let refused = |vertices: &[Vec3], corners: &[[u32; 3]]| {
             let mesh = Mesh::Indexed { vertices, corners };
             kind.from_bytes_beside(beside.bytes(), mesh).err()
@@ -125,7 +123,7 @@ fn an_index_takes_no_other_mesh_than_its_own() {
             assert_eq!(error, Some(OpenError::OtherMeshLength { expected, found }), "{name}");
         }
 
-        // 3. With one bit of a coordinate changed, with a sign, and with two triangles exchanged.
+        // 3. A mesh with a changed bit of a coordinate, with a changed sign, and with two triangles exchanged.
         for change in [1, 1 << 31] {
             for (vertex, axis) in [(0, 0), (5, 1), (vertices.len() - 1, 2)] {
                 let mut changed = vertices.clone();
@@ -138,7 +136,7 @@ fn an_index_takes_no_other_mesh_than_its_own() {
         exchanged.swap(3, 17);
         assert_eq!(refused(&vertices, &exchanged), Some(OpenError::OtherMesh), "{name}");
 
-        // 4. Which is none.
+        // 4. A mesh that is not valid.
         let mut wrong = corners.clone();
         wrong[7][2] = vertices.len() as u32;
         let error = MeshError::CornerOutOfRange {
@@ -183,8 +181,8 @@ fn misaligned_memory_is_an_error_beside_a_mesh() {
     }
 }
 
-/// Small indices of every kind that can be, beside one mesh.
-fn small_indices(mesh: Mesh<'_>, options: &Options) -> Vec<Built> {
+/// Builds a small index of each of [`kinds`] beside a mesh.
+fn indices(mesh: Mesh<'_>, options: &Options) -> Vec<Built> {
     let built = kinds().map(|kind| Built::new(kind, &Scene::of(mesh).beside(), options));
     built.map(|built| built.expect("an ordinary scene")).collect()
 }
@@ -195,7 +193,7 @@ fn every_truncation_and_every_flipped_bit_is_harmless_beside_a_mesh() {
     let (vertices, corners) = welded(&triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };
     let rays = some_rays(&triangles);
-    for built in small_indices(mesh, &small_options()) {
+    for built in indices(mesh, &small_options()) {
         hostile::every_truncation_is_refused(&built, |cut| {
             built.kind().from_bytes_beside(cut, mesh).err()
         });
@@ -212,7 +210,7 @@ fn random_words_beside_a_mesh_are_harmless() {
     let mesh = Mesh::Triangles(&triangles);
     let rays = some_rays(&triangles);
     let one_cluster = Options { proximity: 1e6, size_classes: 1, ..Options::default() };
-    for valid in small_indices(mesh, &one_cluster) {
+    for valid in indices(mesh, &one_cluster) {
         let mut random = Random::new(9);
         for _ in 0..if DEBUG { 2_000 } else { 20_000 } {
             let mut words: Vec<u32> = (0..random.below(60))
@@ -229,10 +227,10 @@ fn random_words_beside_a_mesh_are_harmless() {
     }
 }
 
-/// The zeros that a lean BVH ends with.
+/// Zeros at the end of a lean BVH.
 const END_OF_LEAN: [u32; 38] = [0; 38];
 
-/// The lean BVH's format, forged: see the heads of `indices/compact_bvh` and its `ids` in the core.
+/// Forged words of a lean BVH are refused. The core's `indices/wide/quantised/ids.rs` describes the format.
 #[test]
 fn forged_lean_bvhs_are_refused() {
     const LEAF: u32 = 1 << 31;
@@ -262,7 +260,7 @@ fn forged_lean_bvhs_are_refused() {
     refused("a leaf that begins later", &[leaf(3, 2), largest, 0, 1, 2]);
     refused("a triangle that does not exist", &[leaf(2, 3), largest, 0, 1, 3]);
     refused("words left over", &[leaf(2, 3), largest, 0, 1, 2, 0]);
-    // A node whose only child is itself, or the head, or does not follow it; and one that would have more.
+    // A node whose only child is itself, or the head, or does not follow the node; then a node with more children.
     for (root, child) in
         [(2, 2), (2, 0), (2, leaf(12, 3)), (2, leaf(13, 3)), (1 << 28 | 2, leaf(12, 3))]
     {
@@ -276,7 +274,7 @@ fn forged_lean_bvhs_are_refused() {
 }
 
 #[test]
-fn a_copied_index_may_be_read_beside_any_form_of_its_mesh() {
+fn a_copied_image_may_be_read_beside_any_form_of_its_mesh() {
     let triangles = scenes::icosphere(2);
     let (vertices, corners) = welded(&triangles);
     let mesh = Mesh::Indexed { vertices: &vertices, corners: &corners };

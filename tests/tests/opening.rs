@@ -1,4 +1,4 @@
-//! Ways to open an index, and to size its memory, that small devices need.
+//! Tests of ways to open an index and to size its memory that small devices need.
 
 use arboleda::kinds::{Clustered, Linear, Octree, WideBvh};
 use arboleda::{
@@ -11,7 +11,7 @@ use arboleda_tests::scenes;
 const COUNT: usize = 200;
 const SCRATCH: usize = IndexKind::OctreeHierarchy.scratch_capacity(COUNT, &Options::DEFAULT);
 
-/// Scratch sized by the compiler, as on a device.
+/// Scratch memory of a size that the compiler computes, as on a device.
 static SCRATCH_BLOCKS: [Block; Block::count(SCRATCH)] = [Block::ZERO; Block::count(SCRATCH)];
 
 fn triangles() -> Vec<Triangle> {
@@ -47,7 +47,7 @@ fn any_index_opens_every_kind() {
     let mesh = Mesh::Triangles(&triangles);
     for &kind in IndexKind::ALL {
         let alone = Built::new(kind, &Scene::of(mesh), &Options::DEFAULT).expect("it fits");
-        let index = AnyIndex::from_bytes(alone.bytes()).expect("it is an index");
+        let index = AnyIndex::from_bytes(alone.bytes()).expect("the bytes are valid");
         assert_eq!(index.kind(), kind);
         assert_eq!(index.closest_hit(&ray()), alone.index().closest_hit(&ray()));
         let error = AnyIndex::from_bytes_beside(alone.bytes(), mesh).err();
@@ -56,7 +56,8 @@ fn any_index_opens_every_kind() {
         if !kind.holds_triangles() {
             let scene = Scene::of(mesh).beside();
             let beside = Built::new(kind, &scene, &Options::DEFAULT).expect("it fits");
-            let index = AnyIndex::from_bytes_beside(beside.bytes(), mesh).expect("it is an index");
+            let index =
+                AnyIndex::from_bytes_beside(beside.bytes(), mesh).expect("the bytes are valid");
             assert_eq!(index.kind(), kind);
             let error = AnyIndex::from_bytes(beside.bytes()).err();
             assert_eq!(error, Some(OpenError::MeshMissing), "{}", kind.name());
@@ -73,7 +74,7 @@ fn a_stored_index_is_opened_again_and_again() {
     let expected = built.index().closest_hit(&ray());
     assert!(expected.is_some());
 
-    // 1. Beside its arena, in a struct that moves.
+    // 1. A struct that holds the index and its arena, and is moved.
     struct Robot {
         name: &'static str,
         obstacles: Stored<[Block; BLOCKS], Clustered<Octree>>,
@@ -90,17 +91,17 @@ fn a_stored_index_is_opened_again_and_again() {
         assert_eq!(index.cluster_count(), built.index().sections().cluster_count());
     }
 
-    // 2. In blocks that live elsewhere, and opened from there.
+    // 2. Blocks outside the struct, from which the index is opened.
     let mut elsewhere = vec![Block::ZERO; BLOCKS];
     let stored =
         Stored::<_, Clustered<Octree>>::build_in(&scene, &options, &mut elsewhere, scratch)
             .expect("it fits");
     assert_eq!(stored.index().closest_hit(&ray()), expected);
     let blocks: &[Block] = stored.into_storage();
-    let opened = Stored::<_, Clustered<Octree>>::open(blocks).expect("it is an index");
+    let opened = Stored::<_, Clustered<Octree>>::open(blocks).expect("the bytes are valid");
     assert_eq!(opened.index().closest_hit(&ray()), expected);
 
-    // 3. What is refused: other kinds, other blocks, an index that needs a mesh.
+    // 3. Other kinds, other blocks and an index that needs a mesh are refused.
     let other = Stored::<_, Octree>::open(blocks).err();
     assert!(matches!(other, Some(OpenError::OtherKind { .. })), "{other:?}");
     let nothing = Stored::<_, Octree>::open([Block::ZERO; 2]).err();
@@ -109,7 +110,7 @@ fn a_stored_index_is_opened_again_and_again() {
     assert_eq!(beside.err(), Some(BuildError::CannotBeStored));
 }
 
-/// Bounds on the scratch for 200 triangles. They may become less.
+/// The scratch for 200 triangles stays within these bounds. They may be lowered.
 #[test]
 fn scratch_of_two_hundred_triangles() {
     let most = [

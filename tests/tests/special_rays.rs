@@ -1,6 +1,7 @@
-//! Rays and triangles that the filters cannot decide take about as long as others: ratios in one run.
+//! Timed tests of rays and triangles that the floating-point filters cannot decide: they take about as long as others.
 //!
-//! Each ratio was 20 to 100 when expansions decided all such pairs. The limits leave room for a busy machine.
+//! Times are compared as ratios in one run. Each ratio was 20 to 100 when expansions decided all such pairs. The limits
+//! leave a margin for a busy machine.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -52,7 +53,7 @@ fn on_grid_lines() -> Vec<Ray> {
     })
 }
 
-/// Measures the ratio of two times, each the fastest of its rounds.
+/// Measures the ratio of two times, each the least of several rounds.
 fn ratio(mut first: impl FnMut(), mut second: impl FnMut()) -> f64 {
     let mut least = [Duration::MAX; 2];
     let timed = |work: &mut dyn FnMut()| {

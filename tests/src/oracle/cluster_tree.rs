@@ -1,24 +1,22 @@
-//! The cluster tree, by sorting all pairs in every round.
+//! Oracle of the cluster tree: sorts all pairs in every round.
 //!
-//! A round takes the closest pair of boxes, then the closest of the rest, and so on; of equally close
-//! pairs the one with the lower lower id, then the lower higher id. One that is left over enters the
-//! next round.
+//! A round joins the closest pair of boxes, then the closest pair of the rest, and so on. Ties are broken by the pair's
+//! lower id, then by its higher id. A node without a partner enters the next round.
 
 use arboleda::Aabb;
 
 use super::clusters::gap_squared;
 
-/// An inner node: what was joined, and the box around it.
+/// Inner node: two joined nodes and their bounding box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Join {
-    /// The ids of the two joined nodes, the lower first.
+    /// Ids of the two joined nodes, the lower first.
     pub links: [u32; 2],
-    /// The box around both.
+    /// Bounding box of both.
     pub bounds: Aabb,
 }
 
-/// The joins over some leaves, in the order in which they are made; the first has the id
-/// `leaves.len()`.
+/// Computes the joins over leaves, in the order in which they are made. The first has the id `leaves.len()`.
 pub fn joins(leaves: &[Aabb]) -> Vec<Join> {
     let mut boxes = leaves.to_vec();
     let mut joins = Vec::new();

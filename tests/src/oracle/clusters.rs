@@ -1,32 +1,32 @@
-//! The clusters of a scene, by comparing all pairs.
+//! Oracle of clusters: compares all pairs.
 //!
-//! Size classes are cut from the sorted sizes where the module `cluster::size_class` of the core says
-//! they are; inside a class, whatever is reached over gaps of at most delta is one cluster.
+//! Size classes are cut from the sorted sizes by the rule of the core's module `cluster::size_class`. In a class, all
+//! primitives that are connected by gaps of at most delta form one cluster.
 
 use arboleda::{Aabb, Options, Triangle};
 
-/// The triangles of each cluster, ascending; clusters by their lowest triangle.
+/// Finds the triangles of each cluster, ascending; clusters are sorted by their lowest triangle.
 ///
-/// `objects` says which object each triangle belongs to, as for [`arboleda::Scene::with_objects`].
+/// `objects` has the object of each triangle, as for [`arboleda::Scene::with_objects`].
 pub fn clusters(
     triangles: &[Triangle],
     objects: Option<&[u32]>,
     options: &Options,
 ) -> Vec<Vec<u32>> {
-    // 1. Primitives: the triangles of each, and their box.
+    // 1. Primitives: the triangles of each, and their bounding box.
     let mut primitives: Vec<(Vec<u32>, Aabb)> = Vec::new();
-    let mut place_of = std::collections::BTreeMap::new();
+    let mut index_of = std::collections::BTreeMap::new();
     for (id, triangle) in triangles.iter().enumerate() {
         let name = objects.map_or(id as u32, |objects| objects[id]);
-        let place = *place_of.entry(name).or_insert_with(|| {
+        let index = *index_of.entry(name).or_insert_with(|| {
             primitives.push((Vec::new(), Aabb::EMPTY));
             primitives.len() - 1
         });
-        primitives[place].0.push(id as u32);
-        primitives[place].1 = primitives[place].1.union(triangle.bounds());
+        primitives[index].0.push(id as u32);
+        primitives[index].1 = primitives[index].1.union(triangle.bounds());
     }
 
-    // 2. Each class, all pairs.
+    // 2. Clusters of each class, by all pairs.
     let mut clusters = Vec::new();
     let sizes: Vec<f64> = primitives.iter().map(|p| p.1.diagonal_squared()).collect();
     for (members, typical) in classes(&sizes, options.size_classes as usize) {
@@ -52,11 +52,11 @@ pub fn clusters(
     clusters
 }
 
-/// Divides primitives by size: the members of each class and the square of its median size.
+/// Divides primitives into size classes. Returns the members of each class and the square of its median size.
 fn classes(sizes: &[f64], most: usize) -> Vec<(Vec<usize>, f64)> {
     let mut sorted: Vec<usize> = (0..sizes.len()).collect();
     sorted.sort_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
-    // Gaps of a factor of two in the diagonal with at least a hundredth of the primitives below.
+    // Candidate cuts: gaps of a factor of two in the diagonal, with at least a hundredth of the primitives below.
     let mut gaps: Vec<(f64, usize)> = (1..sorted.len())
         .map(|place| (sizes[sorted[place - 1]], sizes[sorted[place]], place))
         .filter(|&(below, above, place)| {
@@ -79,7 +79,7 @@ fn classes(sizes: &[f64], most: usize) -> Vec<(Vec<usize>, f64)> {
         .collect()
 }
 
-/// The square of the gap between two boxes, axis by axis.
+/// Computes the square of the gap between two boxes, axis by axis.
 pub fn gap_squared(p: &Aabb, q: &Aabb) -> f64 {
     let (plo, phi, qlo, qhi) = (p.lo.to_array(), p.hi.to_array(), q.lo.to_array(), q.hi.to_array());
     let mut sum = 0.0;

@@ -1,14 +1,14 @@
-//! Where a line meets a triangle, in exact integers.
+//! Oracle of the intersection of a line and a triangle, in exact integers.
 //!
-//! The core takes quotients of volumes. Here the plane of the triangle is cut first, and the point
-//! is then weighed in a coordinate plane on which the triangle does not vanish:
+//! The core divides volumes. This oracle intersects the line with the triangle's plane, then computes the point's
+//! weights in a coordinate plane on which the triangle's projection has an area:
 //!
 //! ```text
 //! n = (B - A) x (C - A)     t = n . (A - o) / n . d     P = o + t d
 //! u = area(P - A, C - A) / area(B - A, C - A)     v = area(B - A, P - A) / area(B - A, C - A)
 //! ```
-//! All coordinates are integers after a common shift; the direction has a shift of its own. `P` is
-//! kept multiplied by `n . d`, so nothing is divided before the end, where each quotient is rounded.
+//! All coordinates are integers after a common shift; the direction has a shift of its own. `P` stays multiplied by
+//! `n . d`, so the only divisions are the last ones, whose quotients are rounded.
 
 use arboleda::{Intersection, Ray, Triangle};
 use num_bigint::{BigInt, Sign};
@@ -17,8 +17,8 @@ use super::rounding::{aligned, nearest_f32};
 
 type Vector = [BigInt; 3];
 
-/// The hit as its definition says: the line meets the closed triangle in one point; `t`, `u`, `v` are
-/// the nearest floats; `t` is finite and in the interval; `v` is lowered until `u + v <= 1`.
+/// Computes the hit by its definition: the line meets the closed triangle in one point; `t`, `u`, `v` are the nearest
+/// floats; `t` is finite and in the interval; `v` is lowered until `u + v <= 1`.
 pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
     let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(|p| p.to_array());
     let o = ray.origin().to_array();
@@ -28,7 +28,7 @@ pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
     let (a, b, c, o) = ([ax, ay, az], [bx, by, bz], [cx, cy, cz], [ox, oy, oz]);
     let (d, direction_exponent) = aligned(ray.direction().to_array());
 
-    // 1. The plane.
+    // 1. The intersection of line and plane.
     let (e1, e2) = (minus(&b, &a), minus(&c, &a));
     let normal = cross(&e1, &e2);
     let along = dot(&normal, &d);
@@ -37,12 +37,12 @@ pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
     }
     let distance = dot(&normal, &minus(&a, &o));
 
-    // 2. (P - A) (n . d)
+    // 2. The point: (P - A) (n . d).
     let from_a = minus(&o, &a);
     let axes = [0, 1, 2];
     let point: Vector = axes.map(|i| &from_a[i] * &along + &d[i] * &distance);
 
-    // 3. Weights, seen along the first axis on which the triangle has an area.
+    // 3. The weights, projected along the first axis along which the triangle has an area.
     let axis = axes.into_iter().find(|&i| normal[i].sign() != Sign::NoSign)?;
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
     let area = |p: &Vector, q: &Vector| &p[i] * &q[j] - &p[j] * &q[i];
@@ -64,12 +64,12 @@ pub fn intersect(ray: &Ray, triangle: &Triangle) -> Option<Intersection> {
     Some(Intersection { t, u, v })
 }
 
-/// The largest `f32` that is at most `v` and leaves `u + v <= 1`, for `u` and `v` in `0..=1`.
+/// Computes the largest `f32` at most `v` with which `u + v <= 1`, for `u` and `v` in `0..=1`.
 fn lowered(u: f32, v: f32) -> f32 {
     if weights_fit(u, v) {
         return v;
     }
-    // The bits of floats from 0 up ascend as the floats do; 0 fits, `v` does not.
+    // Bisection over bits, which ascend as non-negative floats do; 0 fits, `v` does not.
     let (mut fits, mut exceeds) = (0_u32, v.to_bits());
     while exceeds - fits > 1 {
         let middle = u32::midpoint(fits, exceeds);

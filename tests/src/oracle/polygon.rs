@@ -1,19 +1,20 @@
-//! Polygons of whole numbers in a plane: which are simple, and their area, by comparing all sides.
+//! Oracle of polygons with whole coordinates: tells whether they are simple, by comparing all sides, and computes
+//! areas.
 
-/// A corner.
+/// Corner of a polygon.
 pub type Point = [i64; 2];
 
-/// Twice the area of a triangle, positive if it turns to the left.
+/// Computes twice the signed area of a triangle, positive for counter-clockwise.
 fn turn([ax, ay]: Point, [bx, by]: Point, [cx, cy]: Point) -> i64 {
     (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 }
 
-/// Twice the area that a polygon goes round, positive if it goes to the left.
+/// Computes twice the signed area of a polygon, positive for counter-clockwise.
 pub fn doubled_area(corners: &[Point]) -> i64 {
     (2..corners.len()).map(|at| turn(corners[0], corners[at - 1], corners[at])).sum()
 }
 
-/// Tells whether no side meets another but its neighbours in the corner that they share.
+/// Tells whether a polygon is simple: whether sides meet only in the corners that neighbours share.
 pub fn is_simple(corners: &[Point]) -> bool {
     let count = corners.len();
     let side = |at: usize| [corners[at % count], corners[(at + 1) % count]];
@@ -28,8 +29,8 @@ pub fn is_simple(corners: &[Point]) -> bool {
     })
 }
 
-/// Turns round the parts of a polygon between sides that meet, until none do or `most` were turned: each time
-/// the polygon gets shorter, so most polygons become simple.
+/// Makes most polygons simple: reverses the part of the polygon between two sides that meet, until no sides meet or
+/// `most` parts were reversed. Each reversal shortens the polygon.
 pub fn untangle(corners: &mut [Point], most: usize) {
     for _ in 0..most {
         let count = corners.len();
@@ -42,7 +43,7 @@ pub fn untangle(corners: &mut [Point], most: usize) {
     }
 }
 
-/// Tells whether the middle one of three points on a line lies strictly between the others.
+/// Tells whether the middle one of three collinear points lies strictly between the others.
 fn is_between(p: Point, middle: Point, q: Point) -> bool {
     (0..2).map(|axis| (middle[axis] - p[axis]) * (q[axis] - middle[axis])).sum::<i64>() > 0
 }

@@ -1,18 +1,18 @@
-//! Floats as integers times a power of two, and exact quotients back to floats.
+//! Conversion of floats to integers times a power of two, and of exact quotients to the nearest float.
 //!
-//! Every finite `f32` is `mantissa * 2^exponent`. [`aligned`] gives several of them one exponent, so
-//! that sums and products are those of integers; [`nearest_f32`] is the only place that rounds, once.
+//! Every finite `f32` is `mantissa * 2^exponent`. [`aligned`] gives several floats one exponent, so sums and products
+//! are those of integers. [`nearest_f32`] is the only function that rounds, once.
 
 use num_bigint::{BigInt, BigUint, Sign};
 
 use crate::random::power_of_two;
 
-/// The smallest exponent of a bit of an `f32`.
+/// Smallest exponent of a bit of an `f32`.
 const LOWEST: i64 = -149;
-/// The bits of an `f32`'s mantissa.
+/// Number of bits of an `f32`'s mantissa.
 const PRECISION: i64 = 24;
 
-/// A finite float as `(mantissa, exponent)`, the mantissa odd or 0.
+/// Decodes a finite float to `(mantissa, exponent)`, the mantissa odd or 0.
 fn decoded(value: f32) -> (i64, i64) {
     let bits = value.to_bits();
     let (biased, fraction) = (i64::from(bits >> 23 & 0xff), i64::from(bits & 0x7f_ffff));
@@ -27,7 +27,7 @@ fn decoded(value: f32) -> (i64, i64) {
     (sign * (magnitude >> zeros), exponent + i64::from(zeros))
 }
 
-/// Some floats as integers, and the exponent `e`: each float is its integer times `2^e`.
+/// Converts floats to integers with a common exponent `e`: each float is its integer times `2^e`.
 ///
 /// # Panics
 /// If a float is not finite.
@@ -42,7 +42,7 @@ pub fn aligned<const N: usize>(values: [f32; N]) -> ([BigInt; N], i64) {
     (decoded.map(integer), lowest)
 }
 
-/// The `f32` nearest to `numerator / denominator * 2^exponent`, ties to even; infinite from half-way
+/// Computes the `f32` nearest to `numerator / denominator * 2^exponent`, ties to even. It is infinite from half-way
 /// between the largest `f32` and 2^128. Zero is +0.0.
 ///
 /// # Panics
@@ -64,12 +64,12 @@ pub fn nearest_f32(numerator: &BigInt, denominator: &BigInt, exponent: i64) -> f
     let (quotient, half) = parts;
     let up = half == Half::Above || (half == Half::Exactly && quotient & 1 == 1);
     let magnitude = (quotient + u64::from(up)) as f64; // at most 2^24: exact
-    // Beyond 2^128 all is infinite, and the scale must stay a double.
+    // Every value beyond 2^128 is infinite; the limit of 200 keeps the scale a finite `f64`.
     let rounded = (magnitude * power_of_two(last.min(200) as i32)) as f32;
     if negative { 0.0 - rounded } else { rounded }
 }
 
-/// How what a division leaves over compares with one half.
+/// Comparison of a division's remainder with one half of the divisor.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Half {
     Below,
@@ -77,7 +77,7 @@ enum Half {
     Above,
 }
 
-/// `n / d * 2^shift` cut off, and what was cut.
+/// Computes `n / d * 2^shift` rounded down, and compares the remainder with one half.
 fn divided(n: &BigUint, d: &BigUint, shift: i64) -> (u64, Half) {
     let (n, d) = if shift >= 0 {
         (n << shift as usize, d.clone())
@@ -99,8 +99,8 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// A quotient of two `f32` in `f64` is off by 2^-53 of itself, too little to matter unless it is
-    /// near a boundary; products by powers of two are exact.
+    /// A product of a 48-bit mantissa and a power of two is exact in `f64`, so the conversion to `f32` is the only
+    /// rounding.
     #[test]
     fn agrees_with_the_processor_where_that_is_exact() {
         let mut random = Random::new(1);
