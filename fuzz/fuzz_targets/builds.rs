@@ -1,11 +1,11 @@
-//! Builds end, wherever the triangles lie.
+//! Builds of scenes that planes separate badly.
 //!
-//! Workload: up to three crowds (copies, concentric triangles, slivers, fans, needles, small among large, and
-//! some that planes part well), each scaled, stretched, flattened and moved, together some hundred triangles
-//! in any order; any kind of index, any options. One byte of the input is one choice.
-//! Constraints: where level and resolution are found, at most 80 `n log2 n` steps; where they are given, as
-//! many steps as the limit allows, or an error that says so. What is built answers as the linear scan does.
-//! Steps are counted, so this is no timed test.
+//! Workload: up to three crowds, together some hundred triangles in any order; any kind of index, any options. A crowd
+//! is copies, concentric triangles, slivers, fans, needles, small among large, or triangles that planes separate well.
+//! Each crowd is scaled, stretched, flattened and moved. Each byte of the input is one choice.
+//!
+//! Constraints: with automatic level and resolution, at most 80 `n log2 n` counted steps; with given ones, at most the
+//! limit of steps, or an error that says so. The built index answers as the linear scan does.
 #![no_main]
 
 use arbitrary::{Arbitrary, Unstructured};
@@ -17,12 +17,16 @@ use arboleda_tests::random::Random;
 use arboleda_tests::{rays, scenes, work};
 use libfuzzer_sys::fuzz_target;
 
-/// Steps that a build may take whose level or resolution is given. A ray from far away enters all cells and is
-/// decided exactly everywhere, some ten microseconds each time and many times that under sanitizers: with
-/// 300,000 one run took half a minute.
+/// Most steps of a build with a given level or resolution.
+///
+/// A ray from far away enters all cells and is decided exactly in each. That takes some ten microseconds a cell, and
+/// many times that under sanitizers.
+///
+/// # Measured
+/// - With 300,000 steps one run took half a minute.
 const MOST_STEPS_OF_GIVEN: u64 = 10_000;
 
-/// Beside the crowds, so that they meet scenes of the ordinary kind.
+/// Ordinary scenes, which are drawn beside the crowds.
 const ORDINARY: &[Crowd] = &[|count| scenes::soup(count, 3), |count| scenes::lattice(count, 3, 8)];
 
 #[derive(Debug)]
@@ -52,7 +56,7 @@ impl<'a> Arbitrary<'a> for Case {
 }
 
 fn options(input: &mut Unstructured<'_>) -> arbitrary::Result<Options> {
-    // As without options, in every other case.
+    // Half of the cases have default options.
     if input.int_in_range(0..=1_u8)? == 0 {
         return Ok(Options::default());
     }
@@ -77,14 +81,14 @@ fn options(input: &mut Unstructured<'_>) -> arbitrary::Result<Options> {
     })
 }
 
-/// One crowd, somewhere.
+/// Draws one crowd, scaled and moved.
 fn part(input: &mut Unstructured<'_>) -> arbitrary::Result<Vec<Triangle>> {
     let choice = input.choose_index(crowds::ALL.len() + ORDINARY.len())?;
     let crowd = match crowds::ALL.get(choice) {
         Some(&(_, crowd)) => crowd,
         None => ORDINARY[choice - crowds::ALL.len()],
     };
-    // In steps, so that a mutation changes it much or not at all.
+    // The counts are far apart, so that a mutation changes the scene much.
     let count = *input.choose(&[1, 2, 3, 7, 12, 13, 25, 50, 75, 100])?;
     let factor = |input: &mut Unstructured<'_>| {
         input
@@ -115,7 +119,7 @@ fuzz_target!(|case: Case| {
     if let Err(error) = index.check() {
         panic!("{} breaks its own invariants: {error}", kind.name());
     }
-    // Of all that can be asked the least: in a crowd, an exact zero is one for hundreds of triangles.
+    // Only two rays are compared, because an exact zero in a crowd is one for hundreds of triangles.
     for ray in rays::around(&triangles, 2, seed) {
         let expected = all_hits(&triangles, &ray);
         let closest = index.closest_hit(&ray);

@@ -1,9 +1,10 @@
-//! glTF documents that nobody wrote, as text and in binary files.
+//! Random glTF documents, as text and as binary files.
 //!
-//! Workload: any bytes, with the words of the format from a dictionary. Whatever buffer they name is the
-//! same bytes again, so that accessors find something to read.
-//! Constraints: none. An error, or triangles as [`becomes_triangles`] wants them; memory in proportion to the
-//! input, which libFuzzer's limits watch.
+//! Workload: any bytes, with the keywords of the format from a dictionary. Every buffer file that a document names has
+//! the same bytes, so that accessors have something to read.
+//!
+//! Constraints: an error, or a surface that passes [`becomes_triangles`]; memory in proportion to the input, which
+//! libFuzzer's limits check.
 #![no_main]
 
 use std::path::Path;

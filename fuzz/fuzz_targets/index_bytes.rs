@@ -1,10 +1,10 @@
-//! Bytes that nobody built.
+//! Damaged index bytes.
 //!
-//! Workload: a small valid index of any kind, with its triangles or beside them, some of whose bytes or
-//! words are replaced, or whose local index is replaced altogether. (Raw bytes alone would seldom get past
-//! the header.)
-//! Constraints: none on the bytes; whatever `from_bytes` accepts must be safe to query, with no more
-//! work than the index is long.
+//! Workload: a small valid index of any kind, with its triangles or beside them. Some of its bytes or words are
+//! replaced, or its whole local index. Raw bytes alone would seldom get past the header.
+//!
+//! Constraints: none on the bytes. An index that `from_bytes` accepts must be safe to query, with no more work than
+//! there are words.
 #![no_main]
 
 use std::sync::LazyLock;
@@ -20,9 +20,9 @@ use libfuzzer_sys::fuzz_target;
 struct Damage {
     kind: u8,
     is_beside: bool,
-    /// Replaces the local index of an index of one cluster.
+    /// Words that replace the local index of an index of one cluster.
     words: Option<Vec<u16>>,
-    /// Word and value; the highest bit of the value becomes that of the word.
+    /// Offsets of words and their values; the highest bit of a value becomes that of the word.
     replaced: Vec<(u16, u16)>,
     bytes: Vec<(u16, u8)>,
     length: Option<u16>,
@@ -37,7 +37,7 @@ static TRIANGLES: LazyLock<Vec<Triangle>> = LazyLock::new(|| {
 });
 static RAYS: LazyLock<Vec<Ray>> = LazyLock::new(|| rays::around(&TRIANGLES, 6, 1));
 
-/// A value whose highest bit is that of the 16: leaf marks are in reach.
+/// Widens a value and moves its highest bit to the top, where links have their leaf bit.
 fn widened(value: u16) -> u32 {
     u32::from(value & 0x7fff) | u32::from(value >> 15) << 31
 }
@@ -50,7 +50,7 @@ fuzz_target!(|damage: Damage| {
     let scene = Scene::new(&TRIANGLES);
     let scene = if mesh.is_some() { scene.beside() } else { scene };
     let valid = Built::new(kind, &scene, &options).expect("an ordinary scene");
-    let mut built = match &damage.words {
+    let mut damaged = match &damage.words {
         Some(words) => {
             let words: Vec<u32> = words.iter().copied().map(widened).collect();
             match mesh {
@@ -60,16 +60,16 @@ fuzz_target!(|damage: Damage| {
         }
         None => valid,
     };
-    let length = built.bytes().len();
+    let length = damaged.bytes().len();
     for &(place, value) in &damage.replaced {
         let at = usize::from(place) % (length / 4) * 4;
-        built.bytes_mut()[at..at + 4].copy_from_slice(&widened(value).to_ne_bytes());
+        damaged.bytes_mut()[at..at + 4].copy_from_slice(&widened(value).to_ne_bytes());
     }
     for &(place, value) in &damage.bytes {
-        built.bytes_mut()[usize::from(place) % length] = value;
+        damaged.bytes_mut()[usize::from(place) % length] = value;
     }
     if let Some(cut) = damage.length {
-        built = Built::copied(kind, &built.bytes()[..usize::from(cut) % (length + 1)]);
+        damaged = Built::copied(kind, &damaged.bytes()[..usize::from(cut) % (length + 1)]);
     }
-    is_harmless_beside(&built, mesh, &RAYS);
+    is_harmless_beside(&damaged, mesh, &RAYS);
 });

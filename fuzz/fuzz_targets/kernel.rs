@@ -1,7 +1,8 @@
-//! The exact kernel against exact integers.
+//! Comparison of the exact kernel with exact integers.
 //!
-//! Workload: one ray and one triangle. Coordinates are raw floats, or small whole numbers times a
-//! power of two, chosen one by one, so that exact zeros and extreme magnitudes meet in one pair.
+//! Workload: one ray and one triangle. Each coordinate is a raw float, or a small whole number times a power of two, so
+//! that exact zeros and extreme magnitudes occur in one pair.
+//!
 //! Constraints: finite corners and a valid ray; every bit of `t`, `u`, `v` must agree.
 #![no_main]
 

@@ -1,8 +1,9 @@
-//! Files of rays that nobody wrote.
+//! Random files of rays.
 //!
-//! Workload: any bytes, with the words of the format from a dictionary.
-//! Constraints: none. An error, or as many rays as the file has room for, each valid or with its reason;
-//! memory in proportion to the input, which libFuzzer's limits watch.
+//! Workload: any bytes, with the keywords of the format from a dictionary.
+//!
+//! Constraints: an error, or at most as many rays as fit in the file, each valid or with an error; memory in proportion
+//! to the input, which libFuzzer's limits check.
 #![no_main]
 
 use arboleda_host::rays;
@@ -10,7 +11,7 @@ use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
     let Ok(table) = rays::read(bytes) else { return };
-    // Six numbers of four bytes.
+    // A ray has at least six numbers of four bytes.
     assert!(table.len() <= bytes.len() / 24, "{} rays", table.len());
     for origin in [[0.0; 3], [-2_487_003.0, 4_684_683.0, f64::MAX]] {
         let rays = table.rays(origin);

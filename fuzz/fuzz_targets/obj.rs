@@ -1,9 +1,10 @@
-//! OBJ and material files that nobody wrote.
+//! Random OBJ and material files.
 //!
-//! Workload: any bytes, with the words of the formats from a dictionary. Whatever material file they name is
-//! the same bytes again, so that one input is both.
-//! Constraints: none. An error, or triangles as [`becomes_triangles`] wants them; memory in proportion to the
-//! input, which libFuzzer's limits watch.
+//! Workload: any bytes, with the keywords of the formats from a dictionary. Every material file that the input names
+//! has the same bytes, so one input is both files.
+//!
+//! Constraints: an error, or a surface that passes [`becomes_triangles`]; memory in proportion to the input, which
+//! libFuzzer's limits check.
 #![no_main]
 
 use std::path::Path;

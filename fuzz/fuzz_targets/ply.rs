@@ -1,8 +1,9 @@
-//! PLY files that nobody wrote, as text and binary.
+//! Random PLY files, text and binary.
 //!
-//! Workload: any bytes, with the words of the format from a dictionary.
-//! Constraints: none. An error, or triangles as [`becomes_triangles`] wants them; memory in proportion to the
-//! input, which libFuzzer's limits watch.
+//! Workload: any bytes, with the keywords of the format from a dictionary.
+//!
+//! Constraints: an error, or a surface that passes [`becomes_triangles`]; memory in proportion to the input, which
+//! libFuzzer's limits check.
 #![no_main]
 
 use std::path::Path;

@@ -1,11 +1,12 @@
-//! OBJ files that somebody might have written, and what their polygons become.
+//! Well-formed OBJ files, and the division of their polygons.
 //!
-//! Workload: up to 16 vertices on a lattice of a plane, upright or slanted, and up to three faces of up to 16
-//! corners (many of them simple, few convex), by positive and negative numbers, in any spelling that the format allows: line ends, comments and
-//! names that end in a backslash, continuations, texture coordinates, groups, lines that are not read. One
+//! Workload: up to 16 vertices on a lattice of a plane, upright or slanted, and up to three faces of up to 16 corners,
+//! by positive and negative numbers. Many faces are simple, few convex. Spellings vary as the format allows: line ends,
+//! comments and names that end in a backslash, continuations, texture coordinates, groups, lines that are ignored. Each
 //! byte of the input is one choice.
-//! Constraints: all is well-formed, so it must be read: the same corners in the same order, `n - 2` triangles
-//! a face. A simple polygon is covered once; whether a polygon is simple, exact integers say.
+//!
+//! Constraints: every file must be read, with the same corners in the same order and `n - 2` triangles a face. The
+//! triangles of a simple polygon cover it once; exact integers decide whether a polygon is simple.
 #![no_main]
 
 use std::collections::{HashMap, HashSet};
@@ -23,9 +24,9 @@ use libfuzzer_sys::fuzz_target;
 #[derive(Debug)]
 struct Case {
     text: String,
-    /// Where each vertex lies in the plane.
+    /// Vertices in coordinates of the plane.
     points: Vec<Point>,
-    /// Where the plane puts them.
+    /// Vertices in space.
     positions: Vec<[i64; 3]>,
     faces: Vec<Vec<usize>>,
 }
@@ -33,7 +34,7 @@ struct Case {
 impl<'a> Arbitrary<'a> for Case {
     fn arbitrary(input: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let mut text = String::new();
-        // 1. Vertices in a plane: one that stands on two axes, or is slanted.
+        // 1. Vertices in a plane, which is that of two axes, or slanted.
         let plane = input.int_in_range(0..=5_u8)?;
         let (mut points, mut positions) = (Vec::new(), Vec::new());
         for _ in 0..input.int_in_range(3..=16_u8)? {
@@ -53,7 +54,7 @@ impl<'a> Arbitrary<'a> for Case {
             let weight = *input.choose(&["", " 1.0", "  1 0.5 0.25", "\t# here"])?;
             write!(text, "v {x} {y}.0 {z}e0{weight}{}", end(input)?).expect("a string");
         }
-        // 2. Faces, and what may stand between them.
+        // 2. Faces, and lines between them.
         let mut faces = Vec::new();
         for _ in 0..input.int_in_range(1..=3_u8)? {
             text.push_str(input.choose(&[
@@ -87,7 +88,7 @@ impl<'a> Arbitrary<'a> for Case {
     }
 }
 
-/// Corners as they come, or those that differ, in an order in which few sides meet.
+/// Draws the corners of a face: any corners, or distinct corners in an order in which few sides cross.
 fn face(input: &mut Unstructured<'_>, points: &[Point]) -> arbitrary::Result<Vec<usize>> {
     let is_untangled = input.int_in_range(0..=2_u8)? > 0;
     let mut corners = Vec::new();
@@ -117,7 +118,7 @@ fuzz_target!(|case: Case| {
         Err(error) => panic!("{error}, in\n{text}"),
     };
 
-    // 1. The same corners.
+    // 1. The surface has the same corners.
     let written: Vec<Vec<[f64; 3]>> = faces
         .iter()
         .map(|face| face.iter().map(|&at| positions[at].map(|x| x as f64)).collect())
@@ -129,7 +130,7 @@ fuzz_target!(|case: Case| {
     assert_eq!(read, written, "in\n{text}");
     becomes_triangles(&surface);
 
-    // 2. Covered once: all triangles go round as the polygon does, and have its area together.
+    // 2. Simple polygons are covered once: all triangles have the polygon's orientation and, together, its area.
     let import = surface.place(Origin::Unchanged).expect("finite");
     let key = |position: [f32; 3]| position.map(|x| (x + 0.0).to_bits());
     let place_of: HashMap<[u32; 3], Point> =

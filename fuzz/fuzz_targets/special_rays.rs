@@ -1,12 +1,16 @@
 //! Rays in special position, which meet planes, edges and corners exactly.
 //!
-//! Workload: up to ten triangles on a small lattice (some with equal corners, some copies, some with a side in
-//! common, some in a coordinate plane), and up to eight rays at one of them: along an axis, along a side, in the
-//! plane, through a corner or a point of a side, with components that are zero, from a corner, with an interval
-//! that ends at the hit; then one coordinate may be moved by an ulp, and all of it scaled and moved by powers
-//! of two. Or a pair of one of the families of `pairs`. Any kind of index. One byte of the input is one choice.
-//! Constraints: finite corners and valid rays. Each pair is decided as exact integers decide it, and the index
-//! answers as the linear scan does, bit for bit.
+//! Workload, with any kind of index; each byte of the input is one choice:
+//!
+//! - up to ten triangles on a small lattice, some with equal corners, some copies, some with a side in common, some in
+//!   a coordinate plane;
+//! - up to eight rays at the triangles: along an axis, along a side, in the plane, through a corner or a point of a
+//!   side, with components that are zero, from a corner, with an interval that ends at the hit;
+//! - changes: a coordinate moved by an ulp, and the scene scaled and moved by powers of two;
+//! - pairs of the families of `pairs`.
+//!
+//! Constraints: finite corners and valid rays. The kernel decides each pair as exact integers do, and the index answers
+//! as the linear scan does, bit for bit.
 #![no_main]
 
 use arbitrary::{Arbitrary, Unstructured};
@@ -25,7 +29,7 @@ struct Case {
     options: Options,
 }
 
-/// From a point along a direction.
+/// Line from a point along a direction.
 type Line = (Vec3, Vec3);
 
 impl<'a> Arbitrary<'a> for Case {
@@ -37,19 +41,19 @@ impl<'a> Arbitrary<'a> for Case {
             ..Options::default()
         };
         let place = Place::arbitrary(input)?;
-        // 1. Triangles, each of which may go by the one before.
+        // 1. Triangles, each of which may depend on the previous one.
         let mut triangles: Vec<Triangle> = Vec::new();
         for _ in 0..input.int_in_range(1..=10_u8)? {
             let before = triangles.last().copied().unwrap_or_default();
             triangles.push(triangle(input, before)?);
         }
-        // 2. Lines at one of them.
+        // 2. Lines, each at one of the triangles.
         let mut lines: Vec<(Triangle, Line)> = Vec::new();
         for _ in 0..input.int_in_range(1..=8_u8)? {
             let target = *input.choose(&triangles)?;
             lines.push((target, line(input, target)?));
         }
-        // 3. Both where they shall be, and rays from lines.
+        // 3. Scaling and moving; a coordinate may be moved by an ulp, and lines become rays.
         let mut rays = Vec::new();
         for (target, (origin, direction)) in lines {
             let (mut origin, direction) = (place.point(origin), place.direction(direction));
@@ -65,7 +69,7 @@ impl<'a> Arbitrary<'a> for Case {
         }
         let mut triangles: Vec<Triangle> = triangles.iter().map(|&t| place.triangle(t)).collect();
         triangles.retain(Triangle::is_finite);
-        // 4. What others have found hard.
+        // 4. Pairs of the families.
         for _ in 0..input.int_in_range(0..=2_u8)? {
             let family = *input.choose(&Family::ALL)?;
             let (ray, triangle) = family.pair(&mut Random::new(u64::from(u16::arbitrary(input)?)));
@@ -76,10 +80,10 @@ impl<'a> Arbitrary<'a> for Case {
     }
 }
 
-/// Where the lattice lies, and how wide it is.
+/// Scale and position of the lattice.
 struct Place {
     exponent: i32,
-    /// Of directions, beside those of points.
+    /// Exponent of the directions' scale, relative to that of points.
     stretch: i32,
     step: Vec3,
 }
@@ -191,7 +195,7 @@ fn line(input: &mut Unstructured<'_>, target: Triangle) -> arbitrary::Result<Lin
     })
 }
 
-/// A ray, if there is one; its interval may end where the triangle is met.
+/// Makes a ray of a line, if it is valid; its interval may end at the hit of the triangle.
 fn with_interval(
     input: &mut Unstructured<'_>,
     (origin, direction): Line,

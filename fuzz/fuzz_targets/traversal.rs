@@ -1,9 +1,10 @@
-//! Every index against testing all triangles.
+//! Comparison of every index with tests of all triangles.
 //!
-//! Workload: up to 24 triangles and 8 rays, all on a small lattice (shared planes, edges and corners;
-//! rays along faces), or all of raw floats of any magnitude; any options.
-//! Constraints: corners are finite, rays are valid, levels stay below 6 so that one run stays short.
-//! All sizes must be exact and all answers equal, bit for bit.
+//! Workload: up to 24 triangles and 8 rays, with any options. All are on a small lattice, with shared planes, edges and
+//! corners and rays along faces; or all are raw floats of any magnitude.
+//!
+//! Constraints: corners are finite, rays are valid, and levels stay below 6 so that a run is short. All sizes must be
+//! exact and all answers equal, bit for bit.
 #![no_main]
 
 use arbitrary::{Arbitrary, Unstructured};

@@ -1,3 +1,3 @@
-//! Checks that several fuzz targets share.
+//! Checks that several fuzz targets have in common.
 
 pub mod surfaces;

@@ -1,22 +1,22 @@
-//! What every reader of scene files promises of a file that it accepts.
+//! Checks of surfaces, which every reader of scene files must pass for a file that it accepts.
 
 use std::collections::HashSet;
 
 use arboleda::{Triangle, Vec3};
 use arboleda_host::scene::{Origin, SceneError, Surface};
 
-/// A position as bits: `==` would let -0.0 pass for 0.0.
+/// Bits of a position, for comparison: with `==` on floats, -0.0 would equal 0.0.
 type Bits = [u32; 3];
 
 fn bits(position: Vec3) -> Bits {
     position.to_array().map(f32::to_bits)
 }
 
-/// Places a surface, as it is and about its middle, and compares the triangles with the faces.
+/// Places a surface, with its own and with the automatic origin, and compares the triangles with the faces.
 ///
 /// # Panics
-/// Where a face of `n` finite corners has not become `n - 2` triangles between its corners, in the order of
-/// the file; or where a triangle has no object, or no reflectance from 0 to 1.
+/// If a face of `n` finite corners does not become `n - 2` triangles between its corners, in the order of the file; or
+/// if a triangle lacks an object, or a reflectance from 0 to 1.
 pub fn becomes_triangles(surface: &Surface) {
     assert!(surface.faces().next().is_some(), "a surface without faces is an error");
     for origin in [Origin::Unchanged, Origin::Automatic] {
@@ -54,7 +54,7 @@ pub fn becomes_triangles(surface: &Surface) {
     }
 }
 
-/// Each corner is used, and nothing else.
+/// Checks that the triangles use each corner, and nothing else.
 fn covers(corners: &[Vec3], triangles: &[Triangle]) {
     let used = triangles.iter().flat_map(|triangle| [triangle.a, triangle.b, triangle.c]);
     let used: HashSet<Bits> = used.map(bits).collect();
