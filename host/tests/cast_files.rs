@@ -1,4 +1,4 @@
-//! Files of `arboleda cast` and `shoot --out`, read as `NumPy` would.
+//! Tests of the files of `arboleda cast` and `arboleda shoot --out`, read as `NumPy` reads them.
 
 use std::fs;
 use std::path::Path;
@@ -7,19 +7,24 @@ use std::process::{Command, Stdio};
 mod program;
 
 use program::{failure, folder, names, run_in, success, write_rays};
+use tempfile::TempDir;
 
-/// A square at z = 1 of two triangles that are seen counter-clockwise from above, and one at z = 0 turned around.
+/// Scene file: a square at z = 1 of two triangles whose front is above, and a triangle at z = 0 whose front is below.
 const SCENE: &str = "\
 v 0 0 1\nv 2 0 1\nv 2 2 1\nv 0 2 1\nv 0 0 0\nv 2 0 0\nv 0 2 0\n\
 o roof, new\nf 1 2 3 4\no floor\nf 5 7 6\n";
 
-/// Hits the first triangle from above, the second from below beside the floor, nothing, and is no ray.
+/// Rays: one hits the first triangle from above, one the second from below, beside the floor; one misses; one is not
+/// valid.
 const RAYS: [[f32; 6]; 4] = [
     [1.5, 0.5, 3.0, 0.0, 0.0, -2.0],
     [0.5, 1.75, -1.0, 0.0, 0.0, 1.0],
     [9.0, 9.0, 9.0, 0.0, 0.0, 1.0],
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
 ];
+
+/// Arguments that cast the rays through the scene.
+const CAST: [&str; 4] = ["cast", "a.obj", "--rays", "rays.npy"];
 
 #[derive(npyz::Deserialize, Debug, PartialEq)]
 struct Hit {
@@ -37,9 +42,17 @@ struct Received {
     back_flux: f64,
 }
 
-fn write_scene(folder: &Path) {
-    fs::write(folder.join("a.obj"), SCENE).unwrap();
-    write_rays(&folder.join("rays.npy"), &RAYS);
+/// Makes a folder with the scene and the rays.
+fn folder_with_scene() -> TempDir {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), SCENE).unwrap();
+    write_rays(&folder.path().join("rays.npy"), &RAYS);
+    folder
+}
+
+/// Runs `cast` with options; returns its stdout and stderr.
+fn cast(folder: &TempDir, options: &[&str]) -> (String, String) {
+    success(&run_in(folder.path(), &[&CAST, options].concat()))
 }
 
 fn read<T: npyz::Deserialize>(path: &Path) -> (Vec<u64>, Vec<T>) {
@@ -47,7 +60,7 @@ fn read<T: npyz::Deserialize>(path: &Path) -> (Vec<u64>, Vec<T>) {
     (npy.shape().to_vec(), npy.into_vec().unwrap())
 }
 
-/// Rows of three; NaN as a number that compares.
+/// Reads rows of three numbers. NaN becomes `f32::MAX`, which can be compared.
 fn read_rows(path: &Path) -> Vec<[f32; 3]> {
     let (shape, values) = read::<f32>(path);
     assert_eq!(shape[1..], [3]);
@@ -56,28 +69,16 @@ fn read_rows(path: &Path) -> Vec<[f32; 3]> {
     values.chunks_exact(3).map(row).collect()
 }
 
+/// Row of a miss, as [`read_rows`] reads it.
 const MISS: [f32; 3] = [f32::MAX; 3];
 
 #[test]
 fn hits_points_normals_and_objects() {
-    let folder = folder();
+    let folder = folder_with_scene();
     let at = |name: &str| folder.path().join(name);
-    write_scene(folder.path());
-    let arguments = [
-        "cast",
-        "a.obj",
-        "--rays",
-        "rays.npy",
-        "--hits",
-        "h.npy",
-        "--points",
-        "p.npy",
-        "--normals",
-        "n.npy",
-        "--object-names",
-        "o.csv",
-    ];
-    let (shown, said) = success(&run_in(folder.path(), &arguments));
+    let outputs =
+        ["--hits", "h.npy", "--points", "p.npy", "--normals", "n.npy", "--object-names", "o.csv"];
+    let (shown, said) = cast(&folder, &outputs);
     assert_eq!(shown, "");
     assert!(said.contains("-> h.npy, p.npy, n.npy"), "{said}");
 
@@ -94,10 +95,8 @@ fn hits_points_normals_and_objects() {
     let objects = fs::read_to_string(at("o.csv")).unwrap();
     assert_eq!(objects, "first_triangle,triangle_count,object\n0,2,\"roof, new\"\n2,1,floor\n");
 
-    // Every hit has a row where all hits are asked for, and the files need not be all.
-    let arguments =
-        ["cast", "a.obj", "--rays", "rays.npy", "--points", "all.npy", "--query", "all"];
-    success(&run_in(folder.path(), &arguments));
+    // With `--query all` each hit has a row. `--points` works without `--hits`.
+    cast(&folder, &["--points", "all.npy", "--query", "all"]);
     let points = read_rows(&at("all.npy"));
     assert_eq!(points, [[1.5, 0.5, 1.0], [1.5, 0.5, 0.0], [0.5, 1.75, 1.0]]);
     assert_eq!(read::<u64>(&at("all.offsets.npy")).1, [0, 2, 3, 3, 3]);
@@ -105,21 +104,8 @@ fn hits_points_normals_and_objects() {
 
 #[test]
 fn every_index_writes_the_same_bytes() {
-    let folder = folder();
-    write_scene(folder.path());
-    let arguments = [
-        "cast",
-        "a.obj",
-        "--rays",
-        "rays.npy",
-        "--hits",
-        "h.npy",
-        "--normals",
-        "n.npy",
-        "--index",
-        "all",
-    ];
-    success(&run_in(folder.path(), &arguments));
+    let folder = folder_with_scene();
+    cast(&folder, &["--hits", "h.npy", "--normals", "n.npy", "--index", "all"]);
     for stem in ["h", "n"] {
         let files = arboleda_host::kind_names().map(|kind| format!("{stem}.{kind}.npy"));
         let mut contents = files.map(|name| fs::read(folder.path().join(name)).unwrap());
@@ -129,11 +115,9 @@ fn every_index_writes_the_same_bytes() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_before_anything_is_written() {
-    let folder = folder();
-    write_scene(folder.path());
+fn wrong_options_are_refused_before_anything_is_written() {
+    let folder = folder_with_scene();
     let before = names(folder.path());
-    let cast = ["cast", "a.obj", "--rays", "rays.npy"];
     for (more, message) in [
         (&[][..], "--hits"),
         (&["--hits", "h.npy", "--points", "h.npy"], "two outputs would be written to h.npy"),
@@ -141,7 +125,7 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
         (&["--hits", "h.npy", "--object-names", "o.json"], "the name must end in .csv"),
         (&["--hits", "h.npy", "--normals", "no/n.npy"], "there is no folder no"),
     ] {
-        let said = failure(&run_in(folder.path(), &[&cast[..], more].concat()));
+        let said = failure(&run_in(folder.path(), &[&CAST, more].concat()));
         assert!(said.contains(message), "{more:?}\n{said}");
     }
     assert_eq!(names(folder.path()), before);
@@ -150,21 +134,18 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_device_is_a_failure() {
-    let folder = folder();
-    write_scene(folder.path());
+    let folder = folder_with_scene();
     for option in ["--hits", "--points", "--normals"] {
-        let arguments = ["cast", "a.obj", "--rays", "rays.npy", option, "/dev/full"];
-        let said = failure(&run_in(folder.path(), &arguments));
+        let said = failure(&run_in(folder.path(), &[&CAST[..], &[option, "/dev/full"]].concat()));
         assert!(said.contains("error: cannot write /dev/full: No space left"), "{said}");
     }
 }
 
 #[test]
 fn photons_and_flux_are_told_by_side() {
-    let folder = folder();
+    let folder = folder_with_scene();
     let at = |name: &str| folder.path().join(name);
-    // The light is between the floor, whose front is below, and the roof, whose front is above, and shines up.
-    write_scene(folder.path());
+    // The light shines up from between the floor, whose front is below, and the roof, whose front is above.
     let light = "0.5,0.5,0.5,0.1,0,0,0,0.1,0,8";
     let arguments = |out| ["shoot", "a.obj", "--light", light, "--photons", "1000", "--out", out];
     success(&run_in(folder.path(), &arguments("f.npy")));
@@ -192,7 +173,7 @@ fn photons_and_flux_are_told_by_side() {
     }
 }
 
-/// Runs the example of the front page where Python has `NumPy`.
+/// Runs the Python example of the front page, if Python and `NumPy` are installed.
 #[test]
 fn the_example_in_python_runs() {
     let page = include_str!("../../README.md");

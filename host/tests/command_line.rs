@@ -1,4 +1,4 @@
-//! Behaviour of every command: help, values, outputs, silence.
+//! Tests of every command: help, option values, outputs, silence.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ mod program;
 
 use program::{command_in, failure, folder, names, run_in, success};
 
-/// The scene that is loaded the fastest.
+/// Arguments that name the scene that loads the fastest.
 const SCENE: [&str; 2] = ["--scene", "fig2"];
 
 fn with_scene<'a>(command: &'a str, more: &[&'a str]) -> Vec<&'a str> {
@@ -33,7 +33,7 @@ fn help_tells_layouts_ranges_and_indices() {
         ("separation", &["10,000 times"]),
     ] {
         let (shown, _) = success(&run_in(folder.path(), &[command, "--help"]));
-        // Lines are wrapped anywhere.
+        // Help is wrapped at any word, so white space is normalised.
         let flat = shown.split_whitespace().collect::<Vec<_>>().join(" ");
         for part in parts {
             assert!(flat.contains(part), "{command}: {part}\n{shown}");
@@ -119,7 +119,7 @@ fn counts_are_read_as_people_write_them() {
 fn outputs_are_checked_before_the_work() {
     let folder = folder();
     fs::create_dir(folder.path().join("taken.png")).unwrap();
-    // A scene that takes minutes to make; a missing folder is told at once.
+    // The scene takes minutes to make, so the test ends quickly only if a missing folder is reported before loading.
     let large = ["--scene", "mesh-100000000"];
     for (arguments, message) in [
         (["shoot", "--picture", "no/x.png"], "cannot write no/x.png: there is no folder no"),

@@ -1,4 +1,4 @@
-//! What the compact BVH is for: an index of at most 34 bytes a triangle, corners and ids included.
+//! Size of the compact BVH: at most 34 bytes a triangle, corners and ids included.
 
 use arboleda::{IndexKind, Options};
 use arboleda_host::OwnedIndex;

@@ -1,4 +1,4 @@
-//! What the lean BVH is for: at most 12 bytes a triangle beside a mesh that is kept anyway.
+//! Size of the lean BVH: at most 12 bytes a triangle beside a mesh that the caller keeps.
 
 use arboleda::{IndexKind, Options};
 use arboleda_host::OwnedIndex;

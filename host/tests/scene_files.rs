@@ -1,4 +1,4 @@
-//! Scene files as people have them, through the library and the command line.
+//! Tests of scene files through the library and the command line: concave polygons, coordinates far from the origin.
 
 use arboleda::{IndexKind, Options, Ray, Vec3};
 use arboleda_host::OwnedIndex;
@@ -15,7 +15,7 @@ fn load(text: &str, name: &str) -> Model {
     scene::load(&path, Origin::Unchanged).unwrap()
 }
 
-/// Counts wrong hits and wrong misses of rays straight down, at the points of a grid that no edge passes through.
+/// Counts wrong hits and wrong misses of rays straight down, at points of a grid that lie on no edge.
 fn wrong_hits(model: &Model, outline: &[[f64; 2]]) -> (usize, usize) {
     let owned =
         OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).expect("an index");
@@ -85,7 +85,7 @@ fn a_comb_is_hit_where_it_is() {
 fn rays_in_the_coordinates_of_a_file_far_away() {
     let folder = folder();
     let folder = folder.path();
-    // A tile of 10 cm, and rays above its middle and just beside it.
+    // A tile of 10 cm, with rays above its middle and just beside it on both sides.
     let tile = "v 500000.1 4649776.1 7\nv 500000.2 4649776.1 7\nv 500000.2 4649776.2 7\n\
                 v 500000.1 4649776.2 7\nf 1 2 3 4\n";
     std::fs::write(folder.join("tile.obj"), tile).unwrap();
@@ -130,7 +130,7 @@ fn rays_in_the_coordinates_of_a_file_far_away() {
             u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
         };
         assert_eq!([first(0), first(1), first(2)], [0, u32::MAX, u32::MAX]);
-        // Points are written in the coordinates of the file, in 64 bits.
+        // Points are in the coordinates of the file, in 64 bits.
         let points = std::fs::read(folder.join("points.npy")).unwrap();
         let row = &points[points.len() - 9 * 8..];
         let coordinate =
@@ -148,6 +148,6 @@ fn errors_tell_their_cause_once() {
     let message = failure(&run_in(folder.path(), &["inspect", "no-such-file.obj"]));
     assert!(message.starts_with("error: cannot read no-such-file.obj: "), "{message}");
     assert_eq!(message.matches("os error").count(), 1, "{message}");
-    // Only files have an origin.
+    // Built-in scenes take no origin.
     failure(&run_in(folder.path(), &["inspect", "--scene", "fig2", "--origin", "auto"]));
 }

@@ -1,5 +1,5 @@
-//! The program as a person calls it, in a folder of its own.
-// Each file of tests is a program, and uses a part of these.
+//! Helpers that run the program in a folder of its own.
+// Each file of tests is a crate of its own and uses only some of these functions.
 #![allow(dead_code)]
 
 use std::fs::File;
@@ -9,7 +9,7 @@ use std::process::{Command, Output, Stdio};
 use npyz::{AutoSerialize, WriteOptions, WriterBuilder};
 use tempfile::TempDir;
 
-/// An empty folder.
+/// Makes an empty folder, which is deleted when dropped.
 pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder for temporary files")
 }
@@ -19,28 +19,28 @@ pub fn run_in(folder: &Path, arguments: &[&str]) -> Output {
     command_in(folder, arguments).output().expect("the program starts")
 }
 
-/// The program, to be run in a folder.
+/// Prepares the program to run in a folder.
 pub fn command_in(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_arboleda"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null());
     command
 }
 
-/// Returns the text that a program that succeeds prints on stdout and stderr.
+/// Asserts that the program succeeded. Returns the texts of stdout and stderr.
 pub fn success(output: &Output) -> (String, String) {
     let [shown, said] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
     assert!(output.status.success(), "{shown}{said}");
     (shown, said)
 }
 
-/// Returns the text that a program that fails prints on stderr.
+/// Asserts that the program failed. Returns the text of stderr.
 pub fn failure(output: &Output) -> String {
     let said = text(&output.stderr);
     assert!(!output.status.success(), "{}{said}", text(&output.stdout));
     said
 }
 
-/// Writes a `.npy` file of rays: origin and direction.
+/// Writes a `.npy` file of rays; each has an origin and a direction.
 pub fn write_rays<T: AutoSerialize + Copy>(path: &Path, rays: &[[T; 6]]) {
     let file = File::create(path).expect("a new file");
     let options = WriteOptions::new().default_dtype().shape(&[rays.len() as u64, 6]);
