@@ -1,4 +1,4 @@
-//! PolygonDivision of polygons into triangles.
+//! Division of polygons into triangles.
 //!
 //! ```text
 //! 4---------3        The fan from corner 0 would cover the notch below corner 1 too,
