@@ -12,7 +12,7 @@ const LEAST_BYTES: usize = 1 << 20;
 /// Chooses among the usual indices, as [`arboleda::select::select`] does.
 ///
 /// # Errors
-/// Those of [`arboleda::select::select`].
+/// The errors of [`arboleda::select::select`].
 pub fn select_index(scene: &Scene<'_>, options: &Options) -> Result<Selection, BuildError> {
     let count = scene.triangles().len();
     let scratch_bytes = USUAL.iter().map(|kind| kind.scratch_capacity(count, options)).max();

@@ -30,7 +30,7 @@ pub fn check_writable(path: &Path) -> anyhow::Result<()> {
 /// Writes a file; `fill` writes the contents.
 ///
 /// # Errors
-/// Those of [`check_writable`] and of `fill`; fails if the device is full.
+/// The errors of [`check_writable`] and of `fill`; fails if the device is full.
 pub fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -64,7 +64,7 @@ pub fn write_file(
 /// Writes values as a `.npy` array; the product of `shape` is the number of values.
 ///
 /// # Errors
-/// Those of [`write_file`].
+/// The errors of [`write_file`].
 pub fn write_npy<T: npyz::AutoSerialize + Copy>(
     path: &Path,
     shape: &[usize],

@@ -19,7 +19,7 @@ impl OwnedIndex {
     /// Computes the capacity, allocates exactly that much, and builds, in the caller's thread.
     ///
     /// # Errors
-    /// Those of [`arboleda::Index::build`] except the ones about space.
+    /// The errors of [`arboleda::Index::build`] except the ones about space.
     pub fn build(
         kind: IndexKind,
         scene: &Scene<'_>,
@@ -31,7 +31,7 @@ impl OwnedIndex {
     /// Builds as [`OwnedIndex::build`] does, with an executor such as [`crate::Threads`]. The bytes are the same.
     ///
     /// # Errors
-    /// Those of [`OwnedIndex::build`].
+    /// The errors of [`OwnedIndex::build`].
     pub fn build_with(
         kind: IndexKind,
         scene: &Scene<'_>,

@@ -15,7 +15,7 @@ impl Built {
     /// Builds in an arena of `capacity` bytes and a scratch of `scratch_capacity` bytes.
     ///
     /// # Errors
-    /// Those of the core's `build`.
+    /// The errors of the core's `build`.
     pub fn new(kind: IndexKind, scene: &Scene<'_>, options: &Options) -> Result<Self, BuildError> {
         Self::with(kind, scene, options, &Sequential)
     }
@@ -23,7 +23,7 @@ impl Built {
     /// Builds as [`Built::new`] does, with an executor.
     ///
     /// # Errors
-    /// Those of the core's `build`.
+    /// The errors of the core's `build`.
     pub fn with(
         kind: IndexKind,
         scene: &Scene<'_>,
@@ -91,7 +91,7 @@ impl Built {
 /// the index's invariants hold.
 ///
 /// # Errors
-/// Those of the core's `build`.
+/// The errors of the core's `build`.
 ///
 /// # Panics
 /// If a promise is broken.

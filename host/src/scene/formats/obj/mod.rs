@@ -11,7 +11,8 @@
 //! - It reads an `l` line of three points as a triangle.
 //! - It divides coordinates by a fourth one.
 //!
-//! So the text is checked first, and `tobj` reads a copy that is reduced to vertices, faces, names and materials.
+//! The text is therefore checked first, and `tobj` reads a copy that is reduced to vertices, faces, names and
+//! materials.
 //!
 //! # Invariants
 //! - Triangles are in the order of the file's faces, `n - 2` for a polygon of `n` corners.
