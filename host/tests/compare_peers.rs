@@ -1,4 +1,4 @@
-//! Tests of `arboleda compare --peers`.
+//! `arboleda compare peers` as a person calls it.
 
 use std::process::{Command, Output};
 
@@ -13,11 +13,11 @@ fn arboleda(arguments: &[&str]) -> Output {
 #[cfg(not(feature = "peers"))]
 #[test]
 fn a_build_without_the_libraries_says_how_to_get_them() {
-    let output = arboleda(&["compare", "--peers", "--out", "DIR"]);
+    let output = arboleda(&["compare", "peers", "--out", "DIR"]);
     assert!(!output.status.success());
     let message = String::from_utf8(output.stderr).unwrap();
     let command =
-        "cargo run --release -p arboleda-host --features peers -- compare --peers --out DIR";
+        "cargo run --release -p arboleda-host --features peers -- compare peers --out DIR";
     assert!(message.contains(command), "{message}");
 }
 
@@ -27,7 +27,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("compare-peers");
     let output = arboleda(&[
         "compare",
-        "--peers",
+        "peers",
         "--scenes",
         "fig2,mesh-300",
         "--rays",
@@ -45,13 +45,13 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
     ]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
-    // 1. Missing libraries and how to get them, at the beginning and at the end.
+    // 1. What is absent, and how to get it; at the end too.
     let shown = String::from_utf8(output.stdout).unwrap();
     let missing = "without embree4-medium, embree4-high, embree4-robust, embree4-compact: Embree 4 was not found";
     assert_eq!(shown.matches(missing).count(), 2, "{shown}");
     assert!(shown.contains("Python package `embreex`") && shown.contains("EMBREE4_LIBRARY"));
 
-    // 2. The rows: three modes of our indices, at least two of the crates, none of Embree.
+    // 2. The rows: of ours three modes, of the crates at least two; none of Embree.
     let rows = std::fs::read_to_string(folder.join("compare.csv")).unwrap();
     let mut lines = rows.lines();
     assert_eq!(
@@ -74,7 +74,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
         assert_eq!(rows.lines().filter(|line| line.starts_with(start)).count(), 1, "{start}");
     }
     assert!(!rows.contains("embree"));
-    // Leaks are counted on closed meshes. Our indices have neither leaks nor wrong answers.
+    // Leaks are counted where a mesh is closed, and ours has none; wrong answers neither.
     let ours = |line: &&str| [",arboleda-bvh,", ",octree,"].iter().any(|name| line.contains(name));
     for line in lines.filter(ours) {
         let end = if line.starts_with("mesh-300,") { ",0,0" } else { ",0," };
@@ -106,7 +106,7 @@ fn a_missing_library_is_absent_and_the_rest_is_written() {
     ] {
         assert!(page.lines().any(|line| line.starts_with(start)), "{start}\n{page}");
     }
-    assert!(page.contains("compare --peers --scenes fig2,mesh-300"), "the command");
+    assert!(page.contains("compare peers --scenes fig2,mesh-300"), "the command");
 }
 
 #[cfg(feature = "peers")]
@@ -116,7 +116,7 @@ fn unknown_names_are_answered_with_the_names() {
         (["--against", "raytracer"], "there are: embree4-medium, embree4-high"),
         (["--index", "raytracer"], "there are linear, octree,"),
     ] {
-        let output = arboleda(&[&["compare", "--peers"], &arguments[..]].concat());
+        let output = arboleda(&[&["compare", "peers"], &arguments[..]].concat());
         assert!(!output.status.success());
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(message.contains(answer), "{message}");
