@@ -43,25 +43,25 @@ registry! {
     ///
     /// | kind | ordinary ray | any ray | batch | build |
     /// |---|---|---|---|---|
-    /// | linear | 2240 | 3904 | 3968 | 896 |
-    /// | octree | 6464 | 8064 | 8192 | 5888 |
-    /// | octree-hierarchy | 6464 | 8064 | 8192 | 2752 |
-    /// | octree-r | 6464 | 8128 | 8192 | 4800 |
-    /// | octree-r-hierarchy | 6464 | 8128 | 8192 | 3008 |
-    /// | uniform-grid | 2880 | 4544 | 4608 | 4032 |
-    /// | grid-hierarchy | 2880 | 4544 | 4608 | 4032 |
-    /// | kd-tree | 3904 | 5504 | 5504 | 15936 |
-    /// | kd-tree-hierarchy | 3904 | 5504 | 5504 | 9344 |
-    /// | bsp-tree | 3904 | 5504 | 5504 | 14848 |
-    /// | bsp-tree-hierarchy | 3904 | 5504 | 5504 | 4224 |
-    /// | bvh | 4032 | 5632 | 5632 | 10368 |
-    /// | bvh-hierarchy | 4032 | 5632 | 5632 | 8192 |
-    /// | wide-bvh | 3776 | 6528 | 6656 | 14912 |
-    /// | wide-bvh-hierarchy | 3776 | 6528 | 6656 | 15808 |
-    /// | compact-bvh | 3776 | 5376 | 6912 | 14272 |
-    /// | compact-bvh-hierarchy | 3776 | 5376 | 6912 | 15104 |
-    /// | lean-bvh | 4032 | 6976 | 7232 | 14272 |
-    /// | lean-bvh-hierarchy | 4032 | 6976 | 7232 | 15104 |
+    /// | linear | 2752 | 3584 | 3328 | 896 |
+    /// | octree | 6976 | 7808 | 7360 | 5824 |
+    /// | octree-hierarchy | 6976 | 7808 | 7360 | 2752 |
+    /// | octree-r | 6976 | 7808 | 7360 | 4800 |
+    /// | octree-r-hierarchy | 6976 | 7808 | 7360 | 3008 |
+    /// | uniform-grid | 3392 | 4224 | 3968 | 4224 |
+    /// | grid-hierarchy | 3392 | 4224 | 3968 | 4224 |
+    /// | kd-tree | 4416 | 5248 | 4928 | 15808 |
+    /// | kd-tree-hierarchy | 4416 | 5248 | 4928 | 9216 |
+    /// | bsp-tree | 4416 | 5248 | 4928 | 14784 |
+    /// | bsp-tree-hierarchy | 4416 | 5248 | 4928 | 4224 |
+    /// | bvh | 4544 | 5376 | 5056 | 10240 |
+    /// | bvh-hierarchy | 4544 | 5376 | 5056 | 8064 |
+    /// | wide-bvh | 4352 | 6272 | 5888 | 14784 |
+    /// | wide-bvh-hierarchy | 4352 | 6272 | 5888 | 15680 |
+    /// | compact-bvh | 4352 | 5184 | 6144 | 14144 |
+    /// | compact-bvh-hierarchy | 4352 | 5184 | 6144 | 14976 |
+    /// | lean-bvh | 4544 | 6592 | 6400 | 14144 |
+    /// | lean-bvh-hierarchy | 4544 | 6592 | 6400 | 14976 |
 
     "linear" = 1, cfg(all()), crate::indices::linear::scratch_bytes {
         /// Linear scan: every triangle is tested.
