@@ -6,7 +6,7 @@
 //! to the input, which libFuzzer's limits check.
 #![no_main]
 
-use arboleda_host::rays;
+use arboleda_host::files::rays;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -17,24 +17,18 @@
     clippy::float_cmp
 )]
 
-mod automatic;
 pub mod bench;
 pub mod commands;
 pub mod contenders;
-mod file_output;
-mod owned_index;
+pub mod files;
+mod index;
 pub mod photon;
-pub mod rays;
 pub mod report;
 pub mod scene;
-mod signature;
 pub mod studies;
-mod threads;
 mod vector;
 
-pub use automatic::select_index;
-pub use owned_index::{OwnedIndex, kind_by_name, kind_names};
-pub use threads::Threads;
+pub use index::{Threads, TimedIndex, kind_by_name, kind_names, select_index};
 
 /// Code of the project's front page, compiled and run as a doctest.
 #[cfg(doctest)]

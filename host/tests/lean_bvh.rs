@@ -1,7 +1,7 @@
 //! Size of the lean BVH: at most 12 bytes a triangle beside a mesh that the caller keeps.
 
 use arboleda::{IndexKind, Options};
-use arboleda_host::OwnedIndex;
+use arboleda_host::TimedIndex;
 use arboleda_host::scene::builtin;
 
 #[test]
@@ -11,7 +11,7 @@ fn at_most_12_bytes_a_triangle_beside_the_mesh() {
         let count = model.triangles.len();
         for kind in [IndexKind::LeanBvh, IndexKind::LeanBvhHierarchy] {
             let scene = model.scene().beside();
-            let owned = OwnedIndex::build(kind, &scene, &Options::default());
+            let owned = TimedIndex::build(kind, &scene, &Options::default());
             let bytes = owned.expect("an ordinary scene").bytes();
             println!("{name}: {:.1} bytes a triangle", bytes as f64 / count as f64);
             assert!(bytes <= 12 * count, "{name}: {bytes} bytes for {count} triangles");

@@ -1,7 +1,7 @@
 //! Tests of scene files through the library and the command line: concave polygons, coordinates far from the origin.
 
 use arboleda::{IndexKind, Options, Ray, Vec3};
-use arboleda_host::OwnedIndex;
+use arboleda_host::TimedIndex;
 use arboleda_host::scene::{self, Model, Origin};
 
 mod program;
@@ -18,7 +18,7 @@ fn load(text: &str, name: &str) -> Model {
 /// Counts wrong hits and wrong misses of rays straight down, at points of a grid that lie on no edge.
 fn wrong_hits(model: &Model, outline: &[[f64; 2]]) -> (usize, usize) {
     let owned =
-        OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).expect("an index");
+        TimedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).expect("an index");
     let index = owned.index();
     let index = index.as_ray_index();
     let bounds = model.bounds();

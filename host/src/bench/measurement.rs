@@ -12,7 +12,7 @@ use super::progress::Tick;
 use super::summary::Spread;
 use super::timing::{Turn, time};
 use super::workload::{Workload, same_bits};
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::contenders::contender::Mode;
 use crate::contenders::ours::Ours;
 use crate::scene::Model;
@@ -88,7 +88,7 @@ impl Measurement {
 /// Index and what it takes by counters; also by the clock, once [`clock`] has looked at it.
 pub struct Measured {
     /// The index.
-    pub index: OwnedIndex,
+    pub index: TimedIndex,
     /// Its figures.
     pub figures: Measurement,
 }
@@ -117,8 +117,8 @@ pub fn verified_workload(model: &Model, effort: &Effort) -> anyhow::Result<Workl
 ///
 /// # Errors
 /// If an option is out of range.
-pub fn build(model: &Model, case: &Case, rays: &[Ray]) -> anyhow::Result<OwnedIndex> {
-    OwnedIndex::build(case.kind, &model.scene().rays(rays), &case.options)
+pub fn build(model: &Model, case: &Case, rays: &[Ray]) -> anyhow::Result<TimedIndex> {
+    TimedIndex::build(case.kind, &model.scene().rays(rays), &case.options)
         .with_context(|| format!("cannot build {} of {}", case.kind.name(), model.name))
 }
 
@@ -179,7 +179,7 @@ pub fn affordable(
 pub fn count(
     model: &Model,
     case: &Case,
-    index: OwnedIndex,
+    index: TimedIndex,
     workload: &Workload,
     photons: u64,
 ) -> anyhow::Result<Measured> {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::measurement::Measurement;
 use super::provenance::Provenance;
-use crate::file_output::write_file;
+use crate::files::output::write_file;
 
 /// Writes rows as comma-separated values below the names of their fields.
 ///

@@ -12,7 +12,7 @@ use std::ops::Range;
 use anyhow::{Context, ensure};
 use arboleda::{Hit, IndexKind, Options, Ray, RayIndex, Triangle, Vec3};
 
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::contenders::contender::Mode;
 use crate::photon::{DEFAULT_MAX_BOUNCES, PhotonRandom, Tracer};
 use crate::scene::Model;
@@ -52,7 +52,7 @@ impl Workload {
     /// # Errors
     /// If the model cannot be indexed, or nothing in it emits.
     pub fn of_photons(model: &Model, photons: u64, seed: u64) -> anyhow::Result<Self> {
-        let guide = OwnedIndex::build(GUIDE, &model.scene(), &Options::default())
+        let guide = TimedIndex::build(GUIDE, &model.scene(), &Options::default())
             .with_context(|| format!("cannot build an index of {}", model.name))?;
         let index = guide.index();
         let workload =
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn as_many_rays_as_asked_for_are_those_of_the_first_photons() {
         let model = fig2();
-        let guide = OwnedIndex::build(GUIDE, &model.scene(), &Options::default()).unwrap();
+        let guide = TimedIndex::build(GUIDE, &model.scene(), &Options::default()).unwrap();
         let index = guide.index();
         let workload = Workload::of_rays(&model, index.as_ray_index(), 100, 1)
             .with_shadow_rays(index.as_ray_index());

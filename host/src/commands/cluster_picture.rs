@@ -4,7 +4,7 @@ use arboleda::{Block, IndexKind, Options, Scene, Vec3, clusters as cluster};
 
 use super::arguments::unbuilt;
 use super::output::count;
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::report::{Canvas, paint_clusters};
 use crate::scene::Model;
 
@@ -42,7 +42,7 @@ pub fn paint_model(
         if cluster_count == 1 { "" } else { "s" },
         if class_count == 1 { "" } else { "es" },
     );
-    let owned = OwnedIndex::build(IndexKind::BvhHierarchy, scene, options);
+    let owned = TimedIndex::build(IndexKind::BvhHierarchy, scene, options);
     let owned = owned.map_err(|error| unbuilt(&error))?;
     let index = owned.index();
     paint_clusters(

@@ -6,14 +6,14 @@ use arboleda::IndexKind;
 use clap::Args;
 
 use super::arguments::BuildArguments;
+use super::arguments::values::{MOST_PHOTONS, file_ending_in, whole};
 use super::cluster_picture::paint_model;
 use super::inspect::{ALWAYS, describe};
 use super::shoot::{ShotComparison, paint_light, print_digests, print_rows};
-use super::values::{MOST_PHOTONS, file_ending_in, whole};
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::bench::progress::during;
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
-use crate::file_output::check_writable;
+use crate::files::output::check_writable;
 use crate::photon::{Counting, ShootOptions, Shot};
 use crate::report::Canvas;
 use crate::scene::{self, Model, UpAxis};
@@ -73,7 +73,7 @@ impl Demo {
         let [mut clusters, mut light] = [(); 2].map(|()| Canvas::new(width, height));
         let (scene, options) = (self.build.scene(model), self.build.options());
         paint_model(&mut clusters, model, &scene, &options, up)?;
-        let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &options)?;
+        let owned = TimedIndex::build(IndexKind::Bvh, &scene, &options)?;
         paint_light(&mut light, &owned, model, shot, up);
         let mut both = Canvas::new(2 * width, height);
         both.paste(&clusters, 0, 0);

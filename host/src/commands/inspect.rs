@@ -7,13 +7,13 @@ use arboleda::custom::Sections;
 use arboleda::{Aabb, Block, IndexKind, clusters as cluster};
 use clap::Args;
 
+use super::arguments::values::{PIXELS, file_ending_in, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
 use super::cluster_picture::{cluster_scratch, paint_model};
 use super::output::{bytes, count, duration, say, table};
-use super::values::{PIXELS, file_ending_in, whole};
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::bench::progress::during;
-use crate::file_output::check_writable;
+use crate::files::output::check_writable;
 use crate::report::Canvas;
 use crate::scene::{Census, Model};
 
@@ -117,7 +117,7 @@ pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> a
     let mut sizes =
         table(&["index", "bytes", "B/triangle", "nodes", "leaves", "references", "level", "build"]);
     for &kind in kinds {
-        let build = || OwnedIndex::build(kind, &scene, &options);
+        let build = || TimedIndex::build(kind, &scene, &options);
         let owned =
             during(&format!("building {}", kind.name()), build).map_err(|error| unbuilt(&error))?;
         let index = owned.index();

@@ -12,7 +12,6 @@ mod output;
 mod paper;
 mod separation;
 mod shoot;
-mod values;
 
 use std::ffi::OsString;
 use std::io::Write;

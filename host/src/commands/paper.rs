@@ -10,7 +10,7 @@ use super::separation;
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::with_bar;
 use crate::bench::record::Recorder;
-use crate::file_output::make_folder;
+use crate::files::output::make_folder;
 use crate::report::pages::{PaperEvidence, paper_page};
 use crate::studies::paper::figure3::{self, Figure3};
 use crate::studies::paper::tables::{self, PUBLISHED, SceneTable};

@@ -9,7 +9,7 @@ use super::output::{bytes, count, say, table};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::with_bar;
 use crate::bench::record::Recorder;
-use crate::file_output::check_writable;
+use crate::files::output::check_writable;
 use crate::studies::separation::{self, SeparationRow};
 
 /// Compare each index with its hierarchy, on two clusters from touching to 10,000 times their size apart

@@ -5,7 +5,7 @@ use arboleda::{Hit, IndexKind, Options, Ray, Vec3};
 use super::agreement::Disagreements;
 use super::contender::{Answers, Mode};
 use super::*;
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::bench::workload::Workload;
 use crate::report::pages::peers_table::write_csv;
 use crate::scene::builtin;
@@ -18,7 +18,7 @@ const WRONG_SHARE: f64 = 0.01;
 #[test]
 fn all_agree_with_ours() {
     let model = builtin::require("fig2").unwrap();
-    let judge = OwnedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
+    let judge = TimedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
     let judge = judge.index();
     let workload = Workload::of_rays(&model, judge.as_ray_index(), 5_000, 7)
         .with_shadow_rays(judge.as_ray_index());

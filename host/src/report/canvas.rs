@@ -10,7 +10,7 @@ use noto_sans_mono_bitmap::{
 };
 
 use super::Colour;
-use crate::file_output::write_file;
+use crate::files::output::write_file;
 
 /// Height of letters.
 const LETTERS: RasterHeight = RasterHeight::Size16;

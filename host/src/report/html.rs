@@ -8,7 +8,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::plot::{Plot, escape};
-use crate::file_output::write_file;
+use crate::files::output::write_file;
 
 /// Style sheet. Colours follow the reader's choice of light or dark; wide tables scroll in their own box.
 const STYLE: &str = "\

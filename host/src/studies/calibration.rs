@@ -17,7 +17,7 @@ use std::fmt::Write;
 use arboleda::{IndexKind, Level, Options, Resolution};
 use rayon::prelude::*;
 
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::bench::measurement::{Measured, Measurement, affordable, build, clock, count};
 use crate::bench::plan::{Case, Effort, Share, pairs};
 use crate::bench::progress::Tick;
@@ -111,7 +111,7 @@ fn measure(
     let built = cases(kind)
         .into_par_iter()
         .map(|case| Ok((build(model, &case, workload.sample())?, case)))
-        .collect::<anyhow::Result<Vec<(OwnedIndex, Case)>>>()?;
+        .collect::<anyhow::Result<Vec<(TimedIndex, Case)>>>()?;
     let mut digests = Vec::new();
     let mut all: Vec<Measured> = Vec::new();
     for (index, case) in built {

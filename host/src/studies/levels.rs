@@ -9,7 +9,7 @@
 use arboleda::{IndexKind, Level, Scene};
 use rayon::prelude::*;
 
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::bench::measurement::{Measured, Measurement, build, checked, clock, count};
 use crate::bench::plan::{Case, Effort, PROBE_PHOTONS};
 use crate::bench::progress::Tick;
@@ -151,7 +151,7 @@ fn sweep_all(
 
 fn sweep(kind: IndexKind, model: &Model, workload: &Workload) -> anyhow::Result<Vec<Choice>> {
     // 1. Build and probe, until it gets hopeless or nothing changes any more.
-    let mut probed: Vec<(f64, Case, OwnedIndex, blake3::Hash)> = Vec::new();
+    let mut probed: Vec<(f64, Case, TimedIndex, blake3::Hash)> = Vec::new();
     for cases in cases(kind, model)? {
         let mut least = f64::INFINITY;
         let mut last = None;
@@ -185,7 +185,7 @@ fn sweep(kind: IndexKind, model: &Model, workload: &Workload) -> anyhow::Result<
     let automatic = Case { setting: "automatic".to_owned(), ..Case::usual(kind) };
     let chosen = build(model, &automatic, workload.sample())?;
     let digest = blake3::hash(chosen.as_bytes());
-    let counted = |case: &Case, built: OwnedIndex, repeats: bool| {
+    let counted = |case: &Case, built: TimedIndex, repeats: bool| {
         let measured = count(model, case, built, workload, workload.photon_count())?;
         anyhow::Ok(Choice { measured, repeats })
     };
@@ -216,7 +216,7 @@ fn cases(kind: IndexKind, model: &Model) -> anyhow::Result<Vec<Vec<Case>>> {
 fn differ(model: &Model, a: &Case, b: &Case) -> anyhow::Result<bool> {
     let part = &model.triangles[..model.triangles.len().min(2_000)];
     let digest = |case: &Case| -> anyhow::Result<blake3::Hash> {
-        let owned = OwnedIndex::build(case.kind, &Scene::new(part), &case.options)?;
+        let owned = TimedIndex::build(case.kind, &Scene::new(part), &case.options)?;
         Ok(blake3::hash(owned.as_bytes()))
     };
     Ok(digest(a)? != digest(b)?)

@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene};
 
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::bench::progress::Tick;
 use crate::bench::summary::Spread;
 use crate::bench::timing::{Build, Turn, time, time_builds};
@@ -152,7 +152,7 @@ pub fn steps(options: &PeerOptions<'_>) -> u64 {
 /// Compares everything on one scene.
 ///
 /// # Errors
-/// As [`OwnedIndex::build`]: the scene cannot be indexed. A library that fails is only absent.
+/// As [`TimedIndex::build`]: the scene cannot be indexed. A library that fails is only absent.
 pub fn run(
     model: &Model,
     options: &PeerOptions<'_>,
@@ -168,7 +168,7 @@ pub fn run(
     let build = |kind: IndexKind| {
         let beside = ours::is_beside(kind);
         let scene = if beside { Scene::of(mesh.kept()).beside() } else { scene };
-        OwnedIndex::build(kind, &scene, &Options::default())
+        TimedIndex::build(kind, &scene, &Options::default())
     };
     let mut owned = Vec::new();
     for &kind in options.kinds {
@@ -180,7 +180,7 @@ pub fn run(
     let judge = if let Some(judge) = takes_part {
         judge
     } else {
-        apart = OwnedIndex::build(JUDGE, &scene, &Options::default())?;
+        apart = TimedIndex::build(JUDGE, &scene, &Options::default())?;
         &apart
     };
     let judge = read(judge, &mesh);
@@ -279,7 +279,7 @@ pub fn run_briefly(model: &Model, options: &PeerOptions<'_>) -> Result<PeerCompa
 }
 
 /// Opens an index of ours, beside the mesh if it was built so.
-fn read<'a>(index: &'a OwnedIndex, mesh: &'a impl Deref<Target = WeldedMesh>) -> AnyIndex<'a> {
+fn read<'a>(index: &'a TimedIndex, mesh: &'a impl Deref<Target = WeldedMesh>) -> AnyIndex<'a> {
     if ours::is_beside(index.kind()) { index.index_beside(mesh.kept()) } else { index.index() }
 }
 

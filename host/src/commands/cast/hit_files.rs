@@ -5,7 +5,7 @@ use std::path::Path;
 use arboleda::Hit;
 use serde::Serialize;
 
-use crate::file_output::{write_file, write_npy};
+use crate::files::output::{write_file, write_npy};
 use crate::scene::Model;
 use crate::vector::Vector64;
 

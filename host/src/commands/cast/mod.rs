@@ -9,12 +9,13 @@ use arboleda::{Hit, IndexKind, Ray, RayError, RayIndex};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 
+use super::arguments::values::file_ending_in;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
-use super::values::file_ending_in;
 use crate::bench::progress::during;
-use crate::file_output::{check_writable, write_npy};
+use crate::files::output::{check_writable, write_npy};
+use crate::files::rays;
 use crate::scene::Model;
-use crate::{OwnedIndex, Threads, rays};
+use crate::{Threads, TimedIndex};
 use hit_files::{HitRecord, normals, write_objects, write_points};
 
 /// Rays of the sample for the automatic selection of an index, evenly spread over the file.
@@ -100,7 +101,7 @@ impl Cast {
         }
         let options = self.build.options();
         for kind in self.index.kinds(&scene, &options)? {
-            let build = || OwnedIndex::build_with(kind, &scene, &options, &Threads::default());
+            let build = || TimedIndex::build_with(kind, &scene, &options, &Threads::default());
             let owned = during(&format!("building {}", kind.name()), build)
                 .map_err(|error| unbuilt(&error))?;
             self.answer(kind, &owned, &rays, &model)?;
@@ -134,7 +135,7 @@ impl Cast {
     fn answer(
         &self,
         kind: IndexKind,
-        owned: &OwnedIndex,
+        owned: &TimedIndex,
         rays: &[Result<Ray, RayError>],
         model: &Model,
     ) -> anyhow::Result<()> {

@@ -14,7 +14,7 @@ use super::scenes::SceneChoice;
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::with_bar;
 use crate::bench::record::Recorder;
-use crate::file_output::make_folder;
+use crate::files::output::make_folder;
 use crate::report::Canvas;
 use crate::report::pages::{CompareEvidence, compare_page};
 use crate::scene::{Model, UpAxis, builtin};

@@ -7,14 +7,14 @@ use arboleda::IndexKind;
 use clap::Args;
 
 use super::super::arguments::RepeatArguments;
+use super::super::arguments::values::whole;
 use super::super::output::{count, say};
-use super::super::values::whole;
 use super::scenes::SceneChoice;
 use crate::bench::progress::with_bar;
 use crate::bench::provenance::Provenance;
 use crate::contenders::{PEERS, Peer, PeerError, ours};
-use crate::file_output::{make_folder, write_file};
-use crate::owned_index::{kind_by_name, kind_names};
+use crate::files::output::{make_folder, write_file};
+use crate::index::{kind_by_name, kind_names};
 use crate::report::pages::peers_table::{
     GROWTH_LEGEND, SCENE_LEGEND, growth_grid, scene_grid, write_csv,
 };

@@ -8,7 +8,7 @@ use crate::commands::arguments::unbuilt;
 use crate::commands::output::{bytes, count, duration, say, table};
 use crate::photon::{Digest, ShootOptions, Shot, shoot};
 use crate::scene::Model;
-use crate::{OwnedIndex, Threads};
+use crate::{Threads, TimedIndex};
 
 /// Photons that the linear scan shoots beside other indices. Every other index shoots this many too, for the same
 /// digest.
@@ -64,7 +64,7 @@ impl ShotComparison<'_> {
             );
         }
         for &kind in kinds {
-            let build = || OwnedIndex::build_with(kind, &self.scene, &self.build, &threads);
+            let build = || TimedIndex::build_with(kind, &self.scene, &self.build, &threads);
             let owned = during(&format!("building {}", kind.name()), build)
                 .map_err(|error| unbuilt(&error))
                 .with_context(|| format!("cannot build {}", kind.name()))?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::file_output::{write_file, write_npy};
+use crate::files::output::{write_file, write_npy};
 use crate::photon::Shot;
 
 /// Row of the file: photons and watts that one triangle received, by side.

@@ -10,13 +10,13 @@ use anyhow::Context;
 use arboleda::{IndexKind, Vec3};
 use clap::Args;
 
+use super::arguments::values::{MOST_PHOTONS, file_ending_in, threads, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{count, duration, say};
-use super::values::{MOST_PHOTONS, file_ending_in, threads, whole};
-use crate::OwnedIndex;
+use crate::TimedIndex;
 use crate::bench::progress::during;
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
-use crate::file_output::check_writable;
+use crate::files::output::check_writable;
 use crate::photon::{Counting, ShootOptions, Shot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::Model;
@@ -123,7 +123,7 @@ impl Shoot {
             let up = self.scene.up.vector(&model);
             during("painting", || -> anyhow::Result<()> {
                 let (scene, options) = (self.build.scene(&model), self.build.options());
-                let owned = OwnedIndex::build(IndexKind::Bvh, &scene, &options)?;
+                let owned = TimedIndex::build(IndexKind::Bvh, &scene, &options)?;
                 paint_light(&mut canvas, &owned, &model, shot, up);
                 canvas.save(path)
             })?;
@@ -134,7 +134,7 @@ impl Shoot {
 }
 
 /// Paints the irradiance of the model's triangles by a shot.
-pub fn paint_light(canvas: &mut Canvas, owned: &OwnedIndex, model: &Model, shot: &Shot, up: Vec3) {
+pub fn paint_light(canvas: &mut Canvas, owned: &TimedIndex, model: &Model, shot: &Shot, up: Vec3) {
     let irradiance: Vec<f64> = (0..)
         .zip(&model.triangles)
         .map(|(id, triangle)| shot.irradiance(arboleda::TriangleId(id), triangle))

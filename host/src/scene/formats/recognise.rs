@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::stl;
+use crate::files::signature::Signature;
 use crate::scene::SceneError;
-use crate::signature::Signature;
 
 /// Format of scene files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

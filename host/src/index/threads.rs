@@ -8,13 +8,13 @@ use rayon::ThreadPool;
 /// # Examples
 /// ```
 /// use arboleda::{IndexKind, Options};
-/// use arboleda_host::{OwnedIndex, Threads};
+/// use arboleda_host::{TimedIndex, Threads};
 /// use arboleda_host::scene::builtin::require;
 ///
 /// let model = require("fig2")?;
 /// let (scene, options) = (model.scene(), Options::default());
-/// let one = OwnedIndex::build(IndexKind::WideBvh, &scene, &options)?;
-/// let many = OwnedIndex::build_with(IndexKind::WideBvh, &scene, &options, &Threads::new(None))?;
+/// let one = TimedIndex::build(IndexKind::WideBvh, &scene, &options)?;
+/// let many = TimedIndex::build_with(IndexKind::WideBvh, &scene, &options, &Threads::new(None))?;
 /// assert_eq!(one.as_bytes(), many.as_bytes());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

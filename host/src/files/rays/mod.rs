@@ -11,7 +11,7 @@ use std::{fs, io};
 use arboleda::{Ray, RayError, Vec3};
 use npyz::{DType, NpyFile, NpyHeader, Order, TypeChar};
 
-use crate::signature::Signature;
+use crate::files::signature::Signature;
 pub use error::{RaysError, RaysProblem};
 
 /// Most bytes of a header, which is `NumPy`'s limit too.

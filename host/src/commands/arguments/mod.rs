@@ -1,5 +1,7 @@
 //! Arguments that several commands have in common.
 
+pub mod values;
+
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -8,12 +10,12 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 
 use super::output::bytes;
-use super::values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::during;
-use crate::owned_index::kind_by_name;
+use crate::index::kind_by_name;
 use crate::scene::{self, Model, Origin, UpAxis};
 use crate::select_index;
+use values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
 
 /// Arguments that name a scene.
 #[derive(Args, Clone, Debug)]

@@ -1,4 +1,4 @@
-//! Index with its arena on the heap, sized by a dry run.
+//! Index as `arboleda::OwnedIndex`, with the time and the scratch of its build, for comparisons.
 
 use std::time::Instant;
 
@@ -6,8 +6,8 @@ use arboleda::{
     AnyIndex, Block, BuildError, Executor, IndexKind, Mesh, Options, Scene, Sequential,
 };
 
-/// Index of any kind that owns its memory.
-pub struct OwnedIndex {
+/// Index of any kind that owns its memory, and the time and scratch of its build.
+pub struct TimedIndex {
     kind: IndexKind,
     blocks: Vec<Block>,
     bytes: usize,
@@ -15,7 +15,7 @@ pub struct OwnedIndex {
     scratch_bytes: usize,
 }
 
-impl OwnedIndex {
+impl TimedIndex {
     /// Computes the capacity, allocates exactly that much, and builds, in the caller's thread.
     ///
     /// # Errors
@@ -28,10 +28,10 @@ impl OwnedIndex {
         Self::build_with(kind, scene, options, &Sequential)
     }
 
-    /// Builds as [`OwnedIndex::build`] does, with an executor such as [`crate::Threads`]. The bytes are the same.
+    /// Builds as [`TimedIndex::build`] does, with an executor such as [`crate::Threads`]. The bytes are the same.
     ///
     /// # Errors
-    /// The errors of [`OwnedIndex::build`].
+    /// The errors of [`TimedIndex::build`].
     pub fn build_with(
         kind: IndexKind,
         scene: &Scene<'_>,

@@ -1,0 +1,5 @@
+//! Files beside scenes: what a file is, rays from it, and results to it.
+
+pub(crate) mod output;
+pub mod rays;
+pub(crate) mod signature;
