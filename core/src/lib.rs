@@ -1,41 +1,71 @@
-//! Exact ray queries on scenes made of groups of objects, in memory that you provide.
+//! Exact ray queries on scenes of triangles, in memory that you provide.
 //!
 //! ```text
-//! triangles -> clusters -> one local index per cluster -> cluster tree -> queries
-//! scene        cluster     indices                        cluster::tree   query, index
+//! triangles -> clusters -> one local index per cluster -> cluster tree -> closest hit | any hit | all hits
+//! Scene        clusters    kinds                                          Index
 //! ```
 //!
-//! An index is built inside one byte slice (an arena) with the help of a second (the scratch), both
-//! yours. Everything in it is linked by `u32` ids, so the used part of the arena can be written to
-//! a file or put in ROM, and queried in place. No allocation, no panic, no recursion without a
-//! bound, and the same bits on every target.
+//! An index is built inside one byte slice (the arena) with the help of a second (the scratch), both the caller's.
+//! Everything in it is linked by `u32`, so the used part of the arena can be written to a file or put in ROM, and
+//! queried in place. No allocation, no panic, no recursion without a bound, and the same bits on every target.
 //!
-//! # Features
-//! One for each kind of index, all of them by default: `octree`, `octree-r`, `uniform-grid`, `kd-tree`, `bsp-tree`,
-//! `bvh`, `wide-bvh`, `compact-bvh`, `lean-bvh`. Each compiles the index over the whole scene and its
-//! hierarchy over clusters. The linear scan is always there. With `default-features = false` and one feature,
-//! [`AnyIndex`] and [`select::select`] contain the code of that kind and of the linear scan only, and refuse bytes of
-//! others by name.
+//! # Should I use this?
 //!
-//! # Examples
+//! **Yes**, if hits have to be exact or the same everywhere (simulation, replay, a server that agrees with its
+//! clients), if there is no heap, or if a scene is made of groups far from each other.
+//!
+//! **No**, if you need a renderer, motion, instances, curves or another primitive than triangles, or an index that is
+//! updated as the scene moves. Embree answers single rays 11 to 27% faster on a desktop processor, and is not exact.
+//!
+//! # Contents
+//!
+//! | to | see |
+//! |---|---|
+//! | give triangles | [`Triangle`], [`Mesh`], [`Scene`] |
+//! | choose a kind of index | [`kinds`] (a table), [`IndexKind`], [`select`] (tries them on the scene) |
+//! | build one | [`Index::build`], [`Options`], [`BuildError`]; in parallel, [`Executor`] |
+//! | know its size | [`Index::capacity`] (exact), [`IndexKind::scratch_capacity`] (a bound, in constants) |
+//! | ask | [`Ray`], [`Index::closest_hit`], [`Index::occluded`], [`Index::all_hits`], [`Hit`] |
+//! | ask about many rays | [`Index::closest_hits`], [`Index::occluded_each`] |
+//! | save and open | [`Index::as_bytes`], [`Index::from_bytes`], [`include_index!`], [`OpenError`] |
+//! | keep no second copy of a mesh | [`Scene::beside`], [`Index::from_bytes_beside`] |
+//! | decide the kind at run time | [`AnyIndex`], [`RayIndex`] for `dyn` |
+//! | have an index as a field | [`Stored`]; with a heap, `OwnedIndex` (feature `alloc`) |
+//! | see the clusters | [`clusters`] |
+//! | write an index of your own | [`custom`] |
+//! | test one ray and one triangle | [`intersect`] |
+//!
+//! # Example
 //! ```
-//! use arboleda::{Block, Index, Options, Ray, Scene, Triangle, Vec3};
 //! use arboleda::kinds::{Clustered, Octree};
+//! use arboleda::{Block, Index, Options, Ray, Scene, Triangle, Vec3};
 //!
-//! let corner = Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y);
-//! let far_corner = Triangle::new(Vec3::splat(50.0), Vec3::new(51.0, 50.0, 50.0), Vec3::new(50.0, 51.0, 50.0));
-//! let triangles = [corner, far_corner];
-//! let (scene, options) = (Scene::new(&triangles), Options::default());
+//! # fn main() -> Result<(), Box<dyn core::error::Error>> {
+//! let near = Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y);
+//! let far = Vec3::splat(50.0);
+//! let triangles = [near, Triangle::new(far, far + Vec3::X, far + Vec3::Y)];
+//! let (scene, options) = (Scene::new(&triangles), Options::DEFAULT);
 //!
 //! let mut scratch = [Block::ZERO; 64]; // 4 KiB
 //! let mut arena = [Block::ZERO; 8]; // 512 bytes
-//! let index = Index::<Clustered<Octree>>::build(
-//!     &scene, &options, Block::bytes(&mut arena), Block::bytes(&mut scratch))?;
+//! let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+//! let index = Index::<Clustered<Octree>>::build(&scene, &options, arena, scratch)?;
+//!
 //! let ray = Ray::new(Vec3::new(0.25, 0.25, -1.0), Vec3::Z)?;
 //! assert_eq!(index.closest_hit(&ray).map(|hit| (hit.triangle.0, hit.t)), Some((0, 1.0)));
 //! assert_eq!(index.cluster_count(), 2);
-//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! # Ok(())
+//! # }
 //! ```
+//!
+//! # Features
+//! - A feature for each family of indices, all of them by default: `octree`, `octree-r`, `uniform-grid`, `kd-tree`,
+//!   `bsp-tree`, `bvh`, `wide-bvh`, `compact-bvh`, `lean-bvh`. Each compiles the index over the whole scene and its
+//!   hierarchy over clusters. The linear scan is always there.
+//! - `alloc`, not by default: `OwnedIndex`, an index that allocates its own arena.
+//!
+//! With `default-features = false` and one feature, [`AnyIndex`] and [`select::select`] contain the code of that kind
+//! and of the linear scan only, and refuse bytes of other kinds by name.
 #![no_std]
 // Modules that several kinds share have parts that not every kind needs.
 #![cfg_attr(not(feature = "all-kinds"), allow(dead_code, unused_imports, unused_macros))]
@@ -122,3 +152,8 @@ pub mod custom {
         Described, DividedScene, Group, Local, LocalIndex, Sections, Structure,
     };
 }
+
+/// Compiles and runs the code of the crate's page.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct CratePage;
