@@ -30,7 +30,7 @@ mod vector;
 
 pub use index::{Threads, TimedIndex, kind_by_name, kind_names, select_index};
 
-/// Code of the project's front page, compiled and run as a doctest.
+/// Code of the package's page, compiled and run as a doctest.
 #[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-pub struct FrontPage;
+#[doc = include_str!("../README.md")]
+pub struct PackagePage;

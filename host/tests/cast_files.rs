@@ -173,10 +173,10 @@ fn photons_and_flux_are_told_by_side() {
     }
 }
 
-/// Runs the Python example of the front page, if Python and `NumPy` are installed.
+/// Runs the Python example of the package's page, if Python and `NumPy` are installed.
 #[test]
 fn the_example_in_python_runs() {
-    let page = include_str!("../../README.md");
+    let page = include_str!("../README.md");
     let (_, after) = page.split_once("```python\n").expect("an example in Python");
     let (example, _) = after.split_once("```").expect("its end");
     let python = |code: &str, folder: &Path| {

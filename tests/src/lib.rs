@@ -22,3 +22,8 @@ pub mod rays;
 pub mod scenes;
 pub mod work;
 pub mod zeros;
+
+/// Compiles and runs the code of the project's front page, which no published package contains.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct FrontPage;
