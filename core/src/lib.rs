@@ -1,8 +1,8 @@
 //! Exact ray queries on scenes of triangles, in memory that you provide.
 //!
 //! ```text
-//! triangles -> clusters -> one local index per cluster -> cluster tree -> closest hit | any hit | all hits
-//! Scene        clusters    kinds                                          Index
+//! triangles -> clusters -> one index per cluster -> cluster tree -> hits
+//! Scene        clusters    kinds                                    Index
 //! ```
 //!
 //! An index is built inside one byte slice (the arena) with the help of a second (the scratch), both the caller's.
@@ -15,7 +15,7 @@
 //! clients), if there is no heap, or if a scene is made of groups far from each other.
 //!
 //! **No**, if you need a renderer, motion, instances, curves or another primitive than triangles, or an index that is
-//! updated as the scene moves. Embree answers single rays 11 to 27% faster on a desktop processor, and is not exact.
+//! updated as the scene moves. Embree answers single rays 11 to 27% faster on a large x86-64, and is not exact.
 //!
 //! # Contents
 //!
