@@ -133,8 +133,8 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let mut rays = Vec::new();
-    for at in 0..1000 {
-        let target = triangles[at].a + Vec3::splat(0.2);
+    for triangle in &triangles {
+        let target = triangle.a + Vec3::splat(0.2);
         let origin = Vec3::new(160.0 * number(), 80.0 * number() - 40.0, 40.0);
         rays.push(Ray::new(origin, target - origin)?);
     }
