@@ -140,6 +140,7 @@ impl Default for CostModel {
 /// A level of an octree halves three axes, so a kd-tree or a BSP tree may divide three times a level. A binned BVH
 /// counts one division a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Level {
     /// The level is found: division goes on as long as the estimated cost falls. An octree, an octree-R, a kd-tree or a
     /// BSP tree then has at most 16 references a triangle.
@@ -151,6 +152,7 @@ pub enum Level {
 
 /// Number of cells of a uniform grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Resolution {
     /// The number is found: the density at which probe rays cost least. The probe rays are the
     /// [scene's](crate::Scene::rays), or a sample.
@@ -175,6 +177,7 @@ pub enum Float64 {
 
 /// Algorithm that builds a BVH.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BvhBuild {
     /// Top-down, by the binned surface-area heuristic (SAH).
     Binned,
