@@ -1,6 +1,6 @@
 //! The arena is the file: write an index, read it back, ask it in place.
 //!
-//! For an index in ROM, `include_index!("obstacles.arb")` gives such bytes as a constant.
+//! For an index in ROM, without a copy, see `index_in_rom`.
 //!
 //! `cargo run -p arboleda --example save_and_open`
 

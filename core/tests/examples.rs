@@ -10,6 +10,8 @@ mod choose_an_index;
 mod custom_index;
 #[path = "../examples/executor.rs"]
 mod executor;
+#[path = "../examples/index_in_rom.rs"]
+mod index_in_rom;
 #[cfg(feature = "alloc")]
 #[path = "../examples/minimal.rs"]
 mod minimal;
@@ -28,4 +30,4 @@ macro_rules! run {
         )*
     };
 }
-run! { #[cfg(feature = "alloc")] minimal batch save_and_open beside_a_mesh choose_an_index custom_index executor }
+run! { #[cfg(feature = "alloc")] minimal batch save_and_open index_in_rom beside_a_mesh choose_an_index custom_index executor }

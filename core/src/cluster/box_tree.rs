@@ -136,7 +136,6 @@ impl<'t> BoxTree<'t> {
         let mut buffer = SortBuffer::take(&mut Arena::new(rest)?, count)?;
         sort_by_key(codes, members, &mut buffer);
 
-        // 3. Join boxes upwards.
         // 3. Join the boxes upwards.
         let nodes = scratch.arena()?.take::<BoxNode>(Self::node_count(count))?;
         nodes.fill(BoxNode { bounds: Aabb::EMPTY, mark: Self::NO_MARK });

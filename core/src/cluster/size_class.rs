@@ -15,7 +15,6 @@ use crate::memory::{SortBuffer, sort_by_key};
 
 /// Least ratio of two neighbouring sizes that are divided. Triangles of one tessellated object differ by less from one
 /// to the next.
-/// object differ by less from one to the next.
 const LEAST_RATIO: f64 = 2.0;
 
 /// Divisor for the least number of primitives below a gap: a gap with less than one in `LEAST_PART_BELOW` of the

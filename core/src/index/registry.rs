@@ -30,38 +30,39 @@ registry! {
     /// others do not change.
     ///
     /// # Stack
-    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), from the caller's frame down. `.ci/run stacks` fails if
-    /// one is exceeded.
+    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), below the stack pointer at the call. `.ci/run stacks` fails
+    /// if one is exceeded. Without optimisation, expect twice as much and more.
     ///
     /// - A query has frames of fixed sizes and does not recurse, so its bounds hold for every scene.
     /// - The build of a tree recurses once for each level. Its bounds hold for the 456 triangles of the check. A deeper
     ///   tree takes a frame more a level, for at most 21 levels in octrees, 60 in kd-trees and BSP trees, 62 in binary
     ///   BVHs, 89 in wide BVHs.
-    /// - The filters decide an ordinary ray. Any ray may also hit a corner exactly, lie in a plane, begin far away or
-    ///   have a negative `t_min`.
+    /// - The filters decide an ordinary ray. The column *any ray* also covers rays that hit a corner exactly, lie in a
+    ///   plane, begin far away or have a negative `t_min`.
+    /// - Opening is [`Index::from_bytes`](crate::Index::from_bytes); its bound holds for every index.
     /// - A batch is [`RayIndex::closest_hits`].
     ///
-    /// | kind | ordinary ray | any ray | batch | build |
-    /// |---|---|---|---|---|
-    /// | linear | 2752 | 3584 | 3328 | 896 |
-    /// | octree | 6976 | 7808 | 7360 | 5824 |
-    /// | octree-hierarchy | 6976 | 7808 | 7360 | 2752 |
-    /// | octree-r | 6976 | 7808 | 7360 | 4800 |
-    /// | octree-r-hierarchy | 6976 | 7808 | 7360 | 3008 |
-    /// | uniform-grid | 3392 | 4224 | 3968 | 4224 |
-    /// | grid-hierarchy | 3392 | 4224 | 3968 | 4224 |
-    /// | kd-tree | 4416 | 5248 | 4928 | 15808 |
-    /// | kd-tree-hierarchy | 4416 | 5248 | 4928 | 9216 |
-    /// | bsp-tree | 4416 | 5248 | 4928 | 14784 |
-    /// | bsp-tree-hierarchy | 4416 | 5248 | 4928 | 4224 |
-    /// | bvh | 4544 | 5376 | 5056 | 10240 |
-    /// | bvh-hierarchy | 4544 | 5376 | 5056 | 8064 |
-    /// | wide-bvh | 4352 | 6272 | 5888 | 14784 |
-    /// | wide-bvh-hierarchy | 4352 | 6272 | 5888 | 15680 |
-    /// | compact-bvh | 4352 | 5184 | 6144 | 14144 |
-    /// | compact-bvh-hierarchy | 4352 | 5184 | 6144 | 14976 |
-    /// | lean-bvh | 4544 | 6592 | 6400 | 14144 |
-    /// | lean-bvh-hierarchy | 4544 | 6592 | 6400 | 14976 |
+    /// | kind | ordinary ray | any ray | batch | build | open |
+    /// |---|---|---|---|---|---|
+    /// | linear | 2752 | 3584 | 3328 | 896 | 768 |
+    /// | octree | 6976 | 7808 | 7360 | 5824 | 1856 |
+    /// | octree-hierarchy | 6976 | 7808 | 7360 | 2752 | 1856 |
+    /// | octree-r | 6976 | 7808 | 7360 | 4800 | 1856 |
+    /// | octree-r-hierarchy | 6976 | 7808 | 7360 | 3008 | 1856 |
+    /// | uniform-grid | 3392 | 4224 | 3968 | 4224 | 768 |
+    /// | grid-hierarchy | 3392 | 4224 | 3968 | 4224 | 768 |
+    /// | kd-tree | 4416 | 5248 | 4928 | 15808 | 960 |
+    /// | kd-tree-hierarchy | 4416 | 5248 | 4928 | 9216 | 960 |
+    /// | bsp-tree | 4416 | 5248 | 4928 | 14784 | 960 |
+    /// | bsp-tree-hierarchy | 4416 | 5248 | 4928 | 4224 | 960 |
+    /// | bvh | 4544 | 5376 | 5056 | 10240 | 960 |
+    /// | bvh-hierarchy | 4544 | 5376 | 5056 | 8064 | 960 |
+    /// | wide-bvh | 4352 | 6272 | 5888 | 14784 | 6592 |
+    /// | wide-bvh-hierarchy | 4352 | 6272 | 5888 | 15680 | 6592 |
+    /// | compact-bvh | 4352 | 5184 | 6144 | 14144 | 6336 |
+    /// | compact-bvh-hierarchy | 4352 | 5184 | 6144 | 14976 | 6336 |
+    /// | lean-bvh | 4544 | 6592 | 6400 | 14144 | 6656 |
+    /// | lean-bvh-hierarchy | 4544 | 6592 | 6400 | 14976 | 6656 |
 
     "linear" = 1, cfg(all()), crate::indices::linear::scratch_bytes {
         /// Linear scan: every triangle is tested.
@@ -124,7 +125,7 @@ registry! {
 }
 
 /// Expands the entries. An entry has
-/// 1. the feature, which is the name of the index without clusters,
+/// 1. the name of the family: its feature, and [`Described::NAME`](crate::custom::Described::NAME),
 /// 2. the number of its format, which is known also if the family is left out of the build,
 /// 3. the condition under which the family is compiled,
 /// 4. the bound on its scratch,
@@ -217,7 +218,7 @@ macro_rules! registry {
         }
 
         /// Index of any kind.
-        #[derive(Clone, Copy)]
+        #[derive(Clone, Copy, Debug)]
         #[non_exhaustive]
         pub enum AnyIndex<'a> {
             $($($(#[doc = $doc])* #[cfg($included)] $variant(Index<'a, $representation$(<$local>)?>),)*)*

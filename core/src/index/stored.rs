@@ -1,5 +1,7 @@
 //! Index and arena in one value, for a field of a struct or a static.
 //!
+//! Not for ROM: there, open an `Index<'static, _>` once; see [`include_index!`](crate::include_index).
+//!
 //! An [`Index`] borrows its arena, so a struct with both would borrow from itself. A [`Stored`] owns the arena, and
 //! lends the index:
 //!

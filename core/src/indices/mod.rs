@@ -3,14 +3,7 @@
 //! Each family is a feature of this crate, so that one can be compiled without the others. The linear scan is always
 //! there.
 //!
-//! To add an index:
-//! 1. Implement [`Described`](crate::custom::Described) and [`LocalIndex`](crate::custom::LocalIndex) in a file of its
-//!    own, behind a feature.
-//! 2. Add an entry with its two kinds to `registry.rs`.
-//! 3. Add a line for its family to the table of `select/budget.rs`, and its kinds to the table of numbers in the tests
-//!    of `kind.rs`.
-//!
-//! The command line, the tests, the benches and the fuzz targets then run it, alone and clustered.
+//! To add an index: see *Adding an index* in `ARCHITECTURE.md`.
 
 #[cfg(feature = "bvh")]
 pub(crate) mod bvh;

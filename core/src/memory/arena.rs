@@ -41,16 +41,20 @@ pub struct Aligned<T: ?Sized>(pub T);
 
 /// Includes the bytes of a file as a `&'static [u8]`, as `include_bytes!` does, but aligned.
 ///
-/// An index is opened there without a copy, for example in ROM.
+/// The file was written from [`Index::as_bytes`](crate::Index::as_bytes). The index is opened where the bytes lie, for
+/// example in ROM: once at start-up, because opening checks all links and cannot run in a constant.
 ///
 /// # Examples
 /// ```
-/// use arboleda::{AnyIndex, OpenError, include_index};
+/// # #[cfg(all(feature = "bvh", target_endian = "little"))] {
+/// use arboleda::kinds::Bvh;
+/// use arboleda::{Index, include_index};
 ///
-/// // Usually a file written from `as_bytes`; this example takes any file.
-/// static BYTES: &[u8] = include_index!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/lib.rs"));
-/// assert!(BYTES.as_ptr().addr().is_multiple_of(arboleda::custom::ALIGNMENT));
-/// assert_eq!(AnyIndex::from_bytes(BYTES).err(), Some(OpenError::NotAnIndex));
+/// static BYTES: &[u8] = include_index!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/square.arb"));
+/// let index: Index<'static, Bvh> = Index::from_bytes(BYTES)?;
+/// assert_eq!(index.as_bytes().as_ptr(), BYTES.as_ptr());
+/// # }
+/// # Ok::<(), arboleda::OpenError>(())
 /// ```
 #[macro_export]
 macro_rules! include_index {

@@ -5,10 +5,9 @@
 //! # What lost
 //! - The standard library's sort: it may panic where a comparison is inconsistent, and it is not linear.
 
-use super::put;
 use core::ops::Range;
 
-use super::Arena;
+use super::{Arena, put};
 
 /// Buffer for sorting `count` keys and values.
 pub(crate) struct SortBuffer<'a> {

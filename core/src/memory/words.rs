@@ -27,7 +27,7 @@ impl<'a> Words<'a> {
         Self { slots, len: 0, steps: 0, most_steps }
     }
 
-    /// Counts `steps` steps, one for each look at a triangle.
+    /// Counts `steps` steps, one for each look at a triangle. A pass of a sort looks at each once.
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`] if the sum of all steps exceeds the limit.

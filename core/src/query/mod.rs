@@ -65,7 +65,8 @@ pub trait Query: sealed::Sealed {
     /// True for an any-hit query. Only these receive [`Query::surely_hit`].
     const ANY: bool = false;
 
-    /// Counts a node that the traversal enters.
+    /// Counts a node that the traversal enters. The leaf of the cluster tree is counted already; an index without nodes
+    /// of its own counts nothing.
     fn enter(&mut self);
     /// The ray of the query.
     fn ray(&self) -> &Ray;

@@ -60,7 +60,8 @@ pub trait LocalIndex: Described {
     /// of `n log n`, wherever the triangles lie; [`Words::spend`] counts it.
     ///
     /// # Errors
-    /// [`BuildError::TooLarge`] if a link does not fit its field, [`BuildError::TooMuchWork`] from [`Words::spend`].
+    /// [`BuildError::TooLarge`] if a link does not fit its field, [`BuildError::TooMuchWork`] from [`Words::spend`],
+    /// [`BuildError::ScratchFull`] and [`BuildError::Misaligned`] for the scratch.
     fn build(
         group: &Group<'_>,
         options: &Options,

@@ -1,6 +1,5 @@
 //! The bytes of an index: layout in the arena, and validation of untrusted bytes.
 //!
-//!
 //! ```text
 //! | header 64 B | triangles 36 B each | cluster tree 36 B a node | words 4 B each |
 //! ```

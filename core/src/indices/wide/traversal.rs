@@ -14,7 +14,7 @@ use core::ops::ControlFlow;
 use arrayvec::ArrayVec;
 
 use super::build::MAX_DEPTH;
-use super::rows::LEAF;
+use super::rows::LEAF_BIT;
 use super::simd::{LaneRay, Lanes, PreparedRay, key};
 use super::tree::{InLanes, Step, Tree, last_t};
 use crate::geometry::{Aabb, Ray, RaySpan};
@@ -145,7 +145,7 @@ impl<L: Lanes> Walk<L> {
         query.enter();
         // 1. Enter a leaf and take the topmost node that waits, or enter a node.
         let (mut keys, mut above);
-        if self.next.link & LEAF != 0 {
+        if self.next.link & LEAF_BIT != 0 {
             tree.test_leaf(self.next, &self.ray, last_t(query), query)?;
             let Some(top) = self.pop() else { return DONE };
             (keys, above) = top;
@@ -190,7 +190,7 @@ fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
     let flat = |_, _, bounds: Aabb| {
         if bounds.is_along(ray) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    link & LEAF == 0 && tree.for_each_child(link, flat).is_continue()
+    link & LEAF_BIT == 0 && tree.for_each_child(link, flat).is_continue()
 }
 
 /// Traverses a tree in `f64`, for a ray that the bounds of lanes do not hold for: box by box, triangle by triangle, the
@@ -206,7 +206,7 @@ fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
     let mut step = tree.root();
     loop {
         query.enter();
-        if step.link & LEAF != 0 {
+        if step.link & LEAF_BIT != 0 {
             if tree.decide_leaf(step, query).is_break() {
                 return;
             }

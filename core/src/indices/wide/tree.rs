@@ -53,7 +53,7 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
 /// Node or leaf to be entered.
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
-    /// The link; to a leaf if [`LEAF`](super::rows::LEAF) is set.
+    /// The link; to a leaf if [`LEAF_BIT`](super::rows::LEAF) is set.
     pub link: u32,
     /// Leaf metadata kept in the parent (longest edge and first lane; see `rows`), or 0 if the format has none.
     pub edge: u32,

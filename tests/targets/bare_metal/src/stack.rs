@@ -36,14 +36,22 @@ pub fn run(out: &mut dyn Write) -> fmt::Result {
         let build = used_by(&mut || {
             built = kind.build(&scene, &options, arena, scratch).is_ok();
         });
-        let Some(index) = built.then(|| kind.from_bytes(arena).ok()).flatten() else {
+        let mut opened = None;
+        let open = used_by(&mut || {
+            opened = if built { kind.from_bytes(arena).ok() } else { None };
+        });
+        let Some(index) = opened else {
             writeln!(out, "{}: not built", kind.name())?;
             return Err(fmt::Error);
         };
         let ordinary = used_by(&mut || ask_ordinary(&index));
         let any = ordinary.max(used_by(&mut || ask_special(&index)));
         let batch = used_by(&mut || ask_batches(&index));
-        writeln!(out, "{} ordinary={ordinary} any={any} batch={batch} build={build}", kind.name())?;
+        let name = kind.name();
+        writeln!(
+            out,
+            "{name} ordinary={ordinary} any={any} batch={batch} build={build} open={open}"
+        )?;
     }
     Ok(())
 }

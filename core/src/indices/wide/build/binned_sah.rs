@@ -16,9 +16,9 @@ use core::cell::Cell;
 
 use glam::{Mat4, Vec4};
 
+use super::LEAF_TRIANGLES;
 use super::primitive::{Primitive, PrimitiveBounds};
 use crate::geometry::Box4;
-use crate::indices::wide::rows::LANES;
 
 /// Number of bins along an axis.
 ///
@@ -84,9 +84,9 @@ pub(crate) fn split_equally(primitives: &[Primitive]) -> (usize, [PrimitiveBound
     (half, [left, right].map(PrimitiveBounds::around))
 }
 
-/// The number of eight-lane tests that `count` triangles take. In the types that SIMD registers have.
+/// Tests that `count` triangles take, in full leaves. In the types that SIMD registers have.
 pub(crate) fn leaf_tests(count: i32) -> f32 {
-    (((count - 1) >> LANES.ilog2()) + 1) as f32
+    (((count - 1) >> LEAF_TRIANGLES.ilog2()) + 1) as f32
 }
 
 /// Mapping from centroids to bins, along each axis.

@@ -266,7 +266,7 @@ mod tests {
     }
 
     enum TestTree {
-        Leaf,
+        LeafRows,
         Divided(f32, Box<TestTree>, Box<TestTree>),
     }
 
@@ -274,7 +274,7 @@ mod tests {
     fn tree(leaves: usize, random: &mut u32) -> TestTree {
         *random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         if leaves == 1 {
-            return TestTree::Leaf;
+            return TestTree::LeafRows;
         }
         let (half_area, first) =
             ((*random >> 24) as f32, 1 + (*random >> 8) as usize % (leaves - 1));

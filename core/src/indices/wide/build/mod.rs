@@ -21,7 +21,7 @@ pub(crate) mod primitive;
 use super::rows::LANES;
 use crate::cluster::MAX_TREE_DEPTH;
 use crate::error::BuildError;
-use crate::input::Executor;
+use crate::input::{Executor, MOST_TRIANGLES};
 use crate::memory::{Arena, Words, put, size_of_slice};
 use crate::structure::DividedScene;
 use collapse::{BinarySplit, Forest, Subtree};
@@ -56,8 +56,8 @@ pub(crate) fn sort<'s>(
     let DividedScene { triangles, clusters, ref nodes, .. } = *division;
     let count = triangles.len();
     // Branches may run in parallel and do not share a count, so the steps are known only at the end. The depth bounds
-    // them. A limit below the steps of a balanced tree, the fewest of all, is refused here.
-    let least = count as u64 * u64::from((count / LANES).checked_ilog2().unwrap_or(0) + 1);
+    // them. A `work_limit` below the steps of a balanced tree, the fewest of all, is refused before sorting.
+    let least = count as u64 * u64::from((count / LEAF_TRIANGLES).checked_ilog2().unwrap_or(0) + 1);
     if least > words.steps_left() {
         words.spend(least)?;
     }
@@ -75,10 +75,21 @@ pub(crate) fn sort<'s>(
     Ok(Sorted { root: Subtree::root(primitives, splits, &forest), largest })
 }
 
-/// Depth within a cluster from which on primitives are split equally, which takes at most 25 more levels.
+/// Leaf size: the most triangles in a leaf, in all three forms. Leaves of one node share rows, so small leaves cost
+/// memory only where they leave lanes unused. [`Options::leaf_capacity`](crate::Options::leaf_capacity) is not read.
+/// What lost with other sizes stands in `full`.
+///
+/// Another size is no other format, and old bytes still open. It changes the trees: golden counters and digests, the
+/// limits of bytes in `host/tests`, the weights and the table of stacks follow.
+pub(crate) const LEAF_TRIANGLES: usize = 8;
+const _: () = assert!(LEAF_TRIANGLES.is_power_of_two() && LEAF_TRIANGLES <= LANES);
+
+/// Depth within a cluster from which on primitives are split equally.
 const BALANCED_FROM: u32 = 32;
+/// Levels that equal splits of the largest scene take down to full leaves: 27.
+const EQUAL_SPLITS: u32 = MOST_TRIANGLES.ilog2() - LEAF_TRIANGLES.ilog2();
 /// Largest depth: the levels of the cluster tree, and those of a cluster. At worst each binary split is a node.
-pub(crate) const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + 27;
+pub(crate) const MAX_DEPTH: u32 = MAX_TREE_DEPTH as u32 + BALANCED_FROM + EQUAL_SPLITS;
 
 /// Number of primitives from which on branches are offered to the executor.
 const LARGE: usize = 4096;
@@ -110,7 +121,7 @@ impl<E: Executor> Sorter<'_, E> {
         subset: &Subset,
     ) -> Forest {
         let count = primitives.len();
-        if count <= LANES {
+        if count <= LEAF_TRIANGLES {
             return Forest::leaf(count);
         }
         let half_area = self.divider.bounds(subset).half_area();

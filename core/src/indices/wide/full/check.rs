@@ -8,8 +8,8 @@ use super::HEAD_ROWS;
 use super::reader::WideTree;
 use crate::indices::wide::build::MAX_DEPTH;
 use crate::indices::wide::rows::{
-    EDGES_ROW, EMPTY, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NO_ID, NODE_ROWS, Node,
-    Packing, ROW_MASK, Row, first_lane, leaf_at, leaf_count, node_at, triangle_at,
+    EDGES_ROW, EMPTY, IDS_ROW, LANES, LEAF_BIT, LEAF_ROWS, LINKS_ROW, LeafRows, NO_ID, NODE_ROWS,
+    Node, Packing, ROW_MASK, Row, first_lane, leaf_at, leaf_count, node_at, triangle_at,
 };
 use crate::indices::wide::tree::{Step, Tree};
 use crate::structure::{Sections, Statistics};
@@ -112,7 +112,7 @@ impl<'r> Check<'r> {
     /// Checks those of some children that are leaves, in the rows that they share.
     fn leaves(&mut self, children: impl Iterator<Item = Step>, depth: u32) -> Option<()> {
         let mut packing = Packing::default();
-        for Step { link, edge } in children.filter(|child| child.link & LEAF != 0) {
+        for Step { link, edge } in children.filter(|child| child.link & LEAF_BIT != 0) {
             let (number, lanes) = packing.place(leaf_count(link) as usize);
             let in_place = link & ROW_MASK == self.end + number as u32 * LEAF_ROWS
                 && first_lane(edge) as usize == lanes.start;
@@ -131,7 +131,7 @@ impl<'r> Check<'r> {
     }
 
     /// Checks that the triangles in some lanes are finite, and their ids are those of triangles.
-    fn triangles(&self, leaf: &Leaf, lanes: Range<usize>) -> Option<()> {
+    fn triangles(&self, leaf: &LeafRows, lanes: Range<usize>) -> Option<()> {
         let is_known = |&id: &u32| id < self.triangle_count;
         let known = leaf[IDS_ROW].get(lanes.clone())?.iter().all(is_known);
         let are_finite = lanes.into_iter().all(|lane| triangle_at(leaf, lane).is_finite());
@@ -147,5 +147,5 @@ fn children(node: &Node) -> impl DoubleEndedIterator<Item = Step> + Clone {
 
 /// The links of those children that are nodes.
 fn nodes(children: impl DoubleEndedIterator<Item = Step>) -> impl DoubleEndedIterator<Item = u32> {
-    children.map(|child| child.link).filter(|link| link & LEAF == 0)
+    children.map(|child| child.link).filter(|link| link & LEAF_BIT == 0)
 }

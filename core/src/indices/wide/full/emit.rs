@@ -28,8 +28,8 @@ use crate::indices::wide::build::collapse::Subtree;
 use crate::indices::wide::build::primitive::Primitive;
 use crate::indices::wide::build::{Sorted, both, sort};
 use crate::indices::wide::rows::{
-    EDGES_ROW, EMPTY, EMPTY_LEAF, IDS_ROW, LANES, LEAF, LEAF_ROWS, LINKS_ROW, Leaf, NODE_ROWS,
-    Node, Packing, ROW_MASK, Row, leaf_link, set_triangle,
+    EDGES_ROW, EMPTY, EMPTY_LEAF, IDS_ROW, LANES, LEAF_BIT, LEAF_ROWS, LINKS_ROW, LeafRows,
+    NODE_ROWS, Node, Packing, ROW_MASK, Row, leaf_link, set_triangle,
 };
 use crate::input::{Executor, Mesh};
 use crate::memory::Words;
@@ -255,7 +255,7 @@ impl<E: Executor> Writer<'_, E> {
     fn leaf(
         &self,
         primitives: &[Primitive],
-        leaf: &mut Leaf,
+        leaf: &mut LeafRows,
         lanes: Range<usize>,
         row: u32,
     ) -> Child {
@@ -310,7 +310,7 @@ fn join_boxes(nodes: &mut [Node]) {
     for at in (0..nodes.len()).rev() {
         for lane in 0..LANES {
             let child = nodes.get(at).map_or(EMPTY, |node| node[LINKS_ROW][lane]);
-            if child == EMPTY || child & LEAF != 0 {
+            if child == EMPTY || child & LEAF_BIT != 0 {
                 continue;
             }
             // The box of a child that is not an upper node is there already.
@@ -323,7 +323,7 @@ fn join_boxes(nodes: &mut [Node]) {
 }
 
 /// The largest component of each triangle's edges at corner a.
-fn longest_edges(leaf: &Leaf) -> [f32; LANES] {
+fn longest_edges(leaf: &LeafRows) -> [f32; LANES] {
     let [a_x, a_y, a_z, b_x, b_y, b_z, c_x, c_y, c_z, _] = leaf;
     let mut longest = [0.0; LANES];
     for (a, other) in [(a_x, b_x), (a_y, b_y), (a_z, b_z), (a_x, c_x), (a_y, c_y), (a_z, c_z)] {

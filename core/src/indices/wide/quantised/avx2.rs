@@ -17,7 +17,7 @@ use super::views::{FewBoxes, Known, UNUSED, Unpack};
 use super::{CHUNK_HEAD, Chunk, QuantisedNode, vertex_count};
 use crate::Vec3;
 use crate::geometry::Triangle;
-use crate::indices::wide::rows::{LANES, Leaf, Row};
+use crate::indices::wide::rows::{LANES, LeafRows, Row};
 use crate::indices::wide::simd::avx2::meet_planes;
 use crate::indices::wide::simd::{Avx2, Candidates, LaneRay, Lanes};
 use crate::input::Mesh;
@@ -31,7 +31,7 @@ impl Unpack for Avx2 {
     }
 
     #[inline(always)]
-    fn unpack(chunk: &Chunk) -> Leaf {
+    fn unpack(chunk: &Chunk) -> LeafRows {
         // SAFETY: see `meet_node`.
         unsafe { unpack(chunk) }
     }
@@ -123,7 +123,7 @@ fn transposed([a, b, c, d]: [__m256; 4]) -> [Row; 4] {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn gather_triangles(triangles: &[Triangle], ids: &Row) -> Option<Leaf> {
+fn gather_triangles(triangles: &[Triangle], ids: &Row) -> Option<LeafRows> {
     let mut halves = [[_mm256_setzero_ps(); 4]; 2];
     let mut last = [0.0; LANES];
     for lane in 0..4 {
@@ -146,7 +146,7 @@ fn gather_triangles(triangles: &[Triangle], ids: &Row) -> Option<Leaf> {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn gather_corners(vertices: &[Vec3], corners: &[[u32; 3]], ids: &Row) -> Leaf {
+fn gather_corners(vertices: &[Vec3], corners: &[[u32; 3]], ids: &Row) -> LeafRows {
     // A vertex that does not exist is replaced, not refused: with a branch for it, the compiler takes all branches
     // before any reads, and keeps the indices of all corners in memory until then. That is a tenth of the instructions
     // of a leaf.
@@ -183,14 +183,14 @@ fn load(chunk: &Chunk, from: usize) -> __m256 {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn unpack(chunk: &Chunk) -> Leaf {
+fn unpack(chunk: &Chunk) -> LeafRows {
     let count = vertex_count(chunk);
     let table = [0, 1, 2].map(|axis| {
         let from = CHUNK_HEAD + axis * count;
         [load(chunk, from), load(chunk, from + LANES)]
     });
     let shifts: __m256i = bytemuck::must_cast([0_u32, 4, 8, 12, 16, 20, 24, 28]);
-    let mut leaf = Leaf::default();
+    let mut leaf = LeafRows::default();
     for corner in 0..3 {
         let halves = _mm256_set1_epi32(chunk[1 + corner].cast_signed());
         let vertex_numbers = _mm256_srlv_epi32(halves, shifts);

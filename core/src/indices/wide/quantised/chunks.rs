@@ -21,7 +21,7 @@ use arrayvec::ArrayVec;
 
 use super::reader::Packed;
 use super::views::Unpack;
-use super::{CompactBvh, EMPTY, Form, LEAF, NODE_WORDS, QuantisedNode};
+use super::{CompactBvh, EMPTY, Form, LEAF_BIT, NODE_WORDS, QuantisedNode};
 use crate::Vec3;
 use crate::cost::Weights;
 use crate::geometry::{Aabb, Triangle};
@@ -115,7 +115,7 @@ impl Described for CompactBvh {
 impl Form for Chunks {
     const HOLDS_TRIANGLES: bool = true;
     const ZEROS: usize = CHUNK_WORDS;
-    const OFFSET: u32 = !LEAF;
+    const OFFSET: u32 = !LEAF_BIT;
 
     fn write_node(node: &QuantisedNode, _: usize, offset: usize, words: &mut Words<'_>) -> u32 {
         for (offset, &word) in (offset..).zip(node.words()) {
@@ -162,7 +162,7 @@ impl Form for Chunks {
             }
         }
         chunk.write(0, words);
-        LEAF | offset
+        LEAF_BIT | offset
     }
 
     #[inline(always)]

@@ -24,7 +24,7 @@ use core::ops::ControlFlow;
 use super::node::plane;
 use super::reader::Packed;
 use super::views::{FewBoxes, Known, Unpack};
-use super::{Form, LEAF, LeanBvh, QuantisedNode};
+use super::{Form, LEAF_BIT, LeanBvh, QuantisedNode};
 use crate::Vec3;
 use crate::cost::Weights;
 use crate::geometry::Aabb;
@@ -153,7 +153,7 @@ impl Form for Ids {
             words.push(id);
         }
         let count = (words.len() - offset) as u32;
-        LEAF | count.saturating_sub(1) << COUNT_SHIFT | offset as u32
+        LEAF_BIT | count.saturating_sub(1) << COUNT_SHIFT | offset as u32
     }
 
     #[inline(always)]

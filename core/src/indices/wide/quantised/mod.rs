@@ -122,7 +122,7 @@ const HEAD_WORDS: usize = 2;
 /// Number of words of a [`QuantisedNode`].
 const NODE_WORDS: usize = 38;
 /// The bit of a link that leads to a leaf.
-const LEAF: u32 = 1 << 31;
+const LEAF_BIT: u32 = 1 << 31;
 /// The link of an unused lane: a leaf past the end of the longest index.
 const EMPTY: u32 = u32::MAX;
 
@@ -199,7 +199,7 @@ fn check<F: Form>(words: &[u32], triangle_count: u32) -> Option<Statistics> {
     let start = HEAD_WORDS as u32;
     let checked =
         check_depth_first::<MOST>(*words.first()?, start, offset_of, |link, depth, links| {
-            if link & LEAF != 0 {
+            if link & LEAF_BIT != 0 {
                 let (words, references) = F::check(words, link, triangle_count)?;
                 return Some(depth_first::CheckedNode::Leaf { words: words as u32, references });
             }

@@ -2,7 +2,7 @@
 
 use super::{CHUNK_HEAD, CHUNK_WORDS, Chunk, QuantisedNode, corner_at, vertex_count};
 use crate::geometry::Triangle;
-use crate::indices::wide::rows::{LANES, Leaf, Row, set_triangle};
+use crate::indices::wide::rows::{LANES, LeafRows, Row, set_triangle};
 use crate::indices::wide::simd::portable::{Eight, meet_planes};
 use crate::indices::wide::simd::{Candidates, FAR, LaneRay, Lanes, Portable};
 use crate::input::Mesh;
@@ -37,7 +37,7 @@ pub(super) trait Unpack: Lanes {
     fn meet_node(node: &QuantisedNode, ray: &LaneRay, last: f32) -> Self::Keys;
 
     /// Unpacks the corners of a chunk's triangles. The contents of unused lanes are arbitrary; ids are left out.
-    fn unpack(chunk: &Chunk) -> Leaf;
+    fn unpack(chunk: &Chunk) -> LeafRows;
 
     /// Tests the boxes of a node of the lean BVH; see [`Lanes::meet_boxes`]. Unused lanes get `FAR`.
     fn meet_few(boxes: &FewBoxes<'_>, ray: &LaneRay, last: f32) -> Self::Keys;
@@ -75,8 +75,8 @@ impl Unpack for Portable {
     }
 
     #[inline(always)]
-    fn unpack(chunk: &Chunk) -> Leaf {
-        let mut leaf = Leaf::default();
+    fn unpack(chunk: &Chunk) -> LeafRows {
+        let mut leaf = LeafRows::default();
         let count = vertex_count(chunk);
         for (row, numbers) in leaf.iter_mut().enumerate().take(9) {
             let (corner, axis) = (row / 3, row % 3);
@@ -104,7 +104,7 @@ impl Unpack for Portable {
 
     #[inline(always)]
     fn meet_known<Q: Query>(known: &Known<'_>, ray: &LaneRay, last: f32) -> Candidates {
-        let mut leaf = Leaf::default();
+        let mut leaf = LeafRows::default();
         for (lane, &id) in known.ids.iter().enumerate().take(known.last_lane + 1) {
             set_triangle(&mut leaf, lane, &known.triangle(id));
         }

@@ -25,7 +25,7 @@ use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDE
 use crate::Vec3;
 use crate::geometry::Triangle;
 use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamped};
-use crate::indices::wide::rows::{LANES, Leaf, NODE_ROWS, Node, ROW_MASK, Row};
+use crate::indices::wide::rows::{LANES, LeafRows, NODE_ROWS, Node, ROW_MASK, Row};
 use crate::query::Query;
 
 /// Lanes of traversals that are compiled for AVX2, or for more.
@@ -79,14 +79,14 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn edges(leaf: &Leaf) -> __m256 {
+    fn edges(leaf: &LeafRows) -> __m256 {
         // SAFETY: see `meet_boxes`.
         unsafe { edges(leaf) }
     }
 
     #[inline(always)]
     fn meet_triangles<Q: Query>(
-        leaf: &Leaf,
+        leaf: &LeafRows,
         ray: &LaneRay,
         edges: __m256,
         last: f32,
@@ -181,7 +181,7 @@ fn without(keys: __m128i, lane: usize) -> __m128i {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn edges(leaf: &Leaf) -> __m256 {
+fn edges(leaf: &LeafRows) -> __m256 {
     let length = |at: usize| {
         let edge = _mm256_sub_ps(load(&leaf[at]), load(&leaf[at % 3]));
         _mm256_andnot_ps(all(-0.0), edge)
@@ -192,7 +192,12 @@ fn edges(leaf: &Leaf) -> __m256 {
 /// Filters eight triangles, in the phases of `portable`.
 #[inline]
 #[target_feature(enable = "avx2")]
-fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: __m256, last: f32) -> Candidates {
+fn meet_triangles<Q: Query>(
+    leaf: &LeafRows,
+    ray: &LaneRay,
+    edges: __m256,
+    last: f32,
+) -> Candidates {
     let sign = all(-0.0);
     let negated = |x| _mm256_xor_ps(sign, x);
     let abs = |x| _mm256_andnot_ps(sign, x);

@@ -37,7 +37,7 @@ use glam::Vec4;
 
 use crate::geometry::kernel::Verdict;
 use crate::geometry::{Ray, Triangle};
-use crate::indices::wide::rows::{Leaf, Node, Row};
+use crate::indices::wide::rows::{LeafRows, Node, Row};
 use crate::query::Query;
 
 /// Ray prepared for lanes. Vectors have three components and a fourth, which is 0 in the first two vectors, because
@@ -223,12 +223,12 @@ pub(crate) trait Lanes {
     fn without(keys: Self::Keys, lane: usize) -> Self::Keys;
 
     /// The largest component of each triangle's edges at corner a.
-    fn edges(leaf: &Leaf) -> Self::Numbers;
+    fn edges(leaf: &LeafRows) -> Self::Numbers;
 
     /// Tests eight triangles for hits in `t_min..=last`. The bits of unused lanes are arbitrary. No component of an
     /// edge at corner a is larger than `edges`.
     fn meet_triangles<Q: Query>(
-        leaf: &Leaf,
+        leaf: &LeafRows,
         ray: &LaneRay,
         edges: Self::Numbers,
         last: f32,

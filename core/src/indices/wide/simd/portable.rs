@@ -6,7 +6,7 @@ use core::ops::{Add, Mul, Neg, Sub};
 use glam::Vec4;
 
 use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
-use crate::indices::wide::rows::{LANES, Leaf, Node, Row};
+use crate::indices::wide::rows::{LANES, LeafRows, Node, Row};
 use crate::query::Query;
 
 /// Lanes for every target.
@@ -188,13 +188,18 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn edges(leaf: &Leaf) -> Eight {
+    fn edges(leaf: &LeafRows) -> Eight {
         let length = |at: usize| (Eight::of(&leaf[at]) - Eight::of(&leaf[at % 3])).abs();
         (4..9).fold(length(3), |longest, at| longest.larger(length(at)))
     }
 
     #[inline(always)]
-    fn meet_triangles<Q: Query>(leaf: &Leaf, ray: &LaneRay, edges: Eight, last: f32) -> Candidates {
+    fn meet_triangles<Q: Query>(
+        leaf: &LeafRows,
+        ray: &LaneRay,
+        edges: Eight,
+        last: f32,
+    ) -> Candidates {
         let all = Eight::all;
         let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
 
