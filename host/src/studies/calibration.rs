@@ -1,12 +1,11 @@
-//! What a ray, a node and a test take in each index: the table behind the automatic selection.
+//! Time of a ray, a node and a test in each index: the weights behind the automatic selection.
 //!
 //! ```text
 //! seconds = rays * ray + nodes visited * node + triangle tests * test      one row for each scene and setting
 //! ```
-//! Solved by least squares of the relative errors, with no weight below 0, for a simple index and its hierarchy
-//! together: they share the local index, and where they are close, what tells them apart is their counters and
-//! not the errors of two fits. The table in the core,
-//! `core/src/cost/weights.rs`, is renewed with what this prints:
+//! The weights are solved by least squares of the relative errors, none below 0, for a simple index and its hierarchy
+//! together. The two share the local index; where they are close, their counters tell them apart, and not the errors of
+//! two fits. Each index of the core states its weights in `Described`; this prints those lines anew:
 //!
 //! ```text
 //! cargo run --release -p arboleda-host -- compare calibrate
@@ -200,7 +199,7 @@ fn solve(mut matrix: [[f64; 4]; 3]) -> Option<[f64; 3]> {
     Some([0, 1, 2].map(|at| matrix[at][3] / matrix[at][at]))
 }
 
-/// Writes the fits as lines of the core's table: one for each family.
+/// Writes the fits as the constants of the core's indices, `WEIGHTS` of `Described`: one line for each family.
 pub fn lines(fits: &[Fit]) -> String {
     let mut text = String::new();
     for fit in fits.iter().filter(|fit| !fit.kind.is_clustered()) {
@@ -208,7 +207,7 @@ pub fn lines(fits: &[Fit]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "    (\"{}\", Weights {{ ray: {ray:.1}, node: {node:.1}, test: {test:.1} }}), // +-{:.0}%",
+            "{:<14} const WEIGHTS: Weights = Weights {{ ray: {ray:.1}, node: {node:.1}, test: {test:.1} }}; // +-{:.0}%",
             fit.kind.family(),
             fit.error * 100.0
         );

@@ -8,7 +8,7 @@ use crate::bench::progress::with_bar;
 use crate::scene::builtin;
 use crate::studies::calibration;
 
-/// Measure what a ray, a node and a test take in each index, and print the table of the automatic selection
+/// Measure what a ray, a node and a test take in each index, and print the weights of the automatic selection
 #[derive(Args)]
 pub struct Calibrate {
     #[command(flatten)]
