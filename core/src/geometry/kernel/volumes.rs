@@ -121,12 +121,6 @@ impl Volumes {
         u.is_certain() && v.is_certain() && w.is_certain()
     }
 
-    /// A lower bound on `t`, rounded to the nearest `f32`; NaN if none is known.
-    #[inline]
-    pub(crate) fn earliest_t(&self) -> f32 {
-        Divisor::new(self.det).quotient(self.t).low
-    }
-
     /// The sign of `det` if the line meets the closed triangle. The signs of the weights have to be certain.
     #[inline]
     pub(super) fn hit_sign(&self) -> Option<i32> {
