@@ -54,8 +54,27 @@ impl OwnedIndex {
         let mut scratch = bytemuck::zeroed_vec(Block::count(scratch_bytes));
         let scratch = Block::bytes(&mut scratch);
         let bytes = kind.capacity_with(scene, options, scratch, executor)?.index;
-        let mut blocks = bytemuck::zeroed_vec(Block::count(bytes));
-        kind.build_with(scene, options, Block::bytes(&mut blocks), scratch, executor)?;
+        let blocks = bytemuck::zeroed_vec(Block::count(bytes));
+        Self::build_in(kind, scene, options, blocks, scratch, executor)
+    }
+
+    /// Builds an index in memory that was allocated before: blocks that it will own, and scratch that may serve the next
+    /// build. [`IndexKind::capacity`] says how much is needed.
+    ///
+    /// Cost: that of [`Index::build`](crate::Index::build).
+    ///
+    /// # Errors
+    /// The errors of `Index::build`.
+    pub fn build_in(
+        kind: IndexKind,
+        scene: &Scene<'_>,
+        options: &Options,
+        mut blocks: Vec<Block>,
+        scratch: &mut [u8],
+        executor: &impl Executor,
+    ) -> Result<Self, BuildError> {
+        let arena = Block::bytes(&mut blocks);
+        let bytes = kind.build_with(scene, options, arena, scratch, executor)?.as_bytes().len();
         Ok(Self { kind, blocks, bytes })
     }
 

@@ -1,18 +1,23 @@
 //! Index as `arboleda::OwnedIndex`, with the time and the scratch of its build, for comparisons.
 
+use std::ops::Deref;
 use std::time::Instant;
 
-use arboleda::{
-    AnyIndex, Block, BuildError, Executor, IndexKind, Mesh, Options, Scene, Sequential,
-};
+use arboleda::{Block, BuildError, Executor, IndexKind, Options, OwnedIndex, Scene, Sequential};
 
 /// Index of any kind that owns its memory, and the time and scratch of its build.
 pub struct TimedIndex {
-    kind: IndexKind,
-    blocks: Vec<Block>,
-    bytes: usize,
+    index: OwnedIndex,
     build_seconds: f64,
     scratch_bytes: usize,
+}
+
+impl Deref for TimedIndex {
+    type Target = OwnedIndex;
+
+    fn deref(&self) -> &OwnedIndex {
+        &self.index
+    }
 }
 
 impl TimedIndex {
@@ -42,43 +47,16 @@ impl TimedIndex {
         let mut scratch = bytemuck::zeroed_vec(Block::count(scratch_bytes));
         let scratch = Block::bytes(&mut scratch);
         let bytes = kind.capacity_with(scene, options, scratch, executor)?.index;
-        let mut blocks = bytemuck::zeroed_vec(Block::count(bytes));
+        let blocks = bytemuck::zeroed_vec(Block::count(bytes));
         let start = Instant::now();
-        kind.build_with(scene, options, Block::bytes(&mut blocks), scratch, executor)?;
+        let index = OwnedIndex::build_in(kind, scene, options, blocks, scratch, executor)?;
         let build_seconds = start.elapsed().as_secs_f64();
-        Ok(Self { kind, blocks, bytes, build_seconds, scratch_bytes })
-    }
-
-    /// Opens the index from its bytes, as from a file. Cost: linear in the bytes, which are validated.
-    ///
-    /// # Panics
-    /// If the index was built beside a mesh; never otherwise, because `build` wrote the bytes.
-    pub fn index(&self) -> AnyIndex<'_> {
-        self.kind.from_bytes(self.as_bytes()).expect("a built index is valid")
-    }
-
-    /// Opens the index beside the mesh that it was built beside.
-    ///
-    /// # Panics
-    /// If the index was built beside another mesh, or holds its triangles itself.
-    pub fn index_beside<'a>(&'a self, mesh: Mesh<'a>) -> AnyIndex<'a> {
-        let index = self.kind.from_bytes_beside(self.as_bytes(), mesh);
-        index.expect("a built index is valid beside its mesh")
-    }
-
-    /// Returns the index bytes.
-    pub fn as_bytes(&self) -> &[u8] {
-        &bytemuck::cast_slice(&self.blocks)[..self.bytes]
-    }
-
-    /// Returns the kind of the index.
-    pub fn kind(&self) -> IndexKind {
-        self.kind
+        Ok(Self { index, build_seconds, scratch_bytes })
     }
 
     /// Returns the number of index bytes, triangles included if the index holds them.
     pub fn bytes(&self) -> usize {
-        self.bytes
+        self.index.as_bytes().len()
     }
 
     /// Returns the bytes of scratch memory that the build used.
