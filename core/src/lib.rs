@@ -96,6 +96,12 @@ mod memory;
 mod query;
 mod structure;
 
+/// Seal of the traits that only types of this crate implement, so that methods can be added to them, and an index can
+/// rely on what a query does.
+mod sealed {
+    pub trait Sealed {}
+}
+
 pub use error::{BuildError, OpenError};
 pub use geometry::kernel::Intersection;
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};

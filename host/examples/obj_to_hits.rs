@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
 
-use arboleda::{Hit, Options, Ray, Vec3};
+use arboleda::{Hit, Options, OwnedIndex, Ray, Vec3};
 use arboleda_host::scene::{Origin, load};
-use arboleda_host::{TimedIndex, select_index};
+use arboleda_host::select_index;
 
 /// Rays along each side of the scene.
 const SIDE: u32 = 100;
@@ -30,7 +30,7 @@ pub fn run(path: &Path) -> Result<BTreeMap<String, usize>, Box<dyn Error>> {
     let rays_to_come = u64::from(SIDE * SIDE);
     let selection = select_index(&scene.expecting(rays_to_come), &options)?;
     println!("{}: {} triangles; {selection}", model.name, model.triangles.len());
-    let owned = TimedIndex::build(selection.kind(), &scene, &options)?;
+    let owned = OwnedIndex::build(selection.kind(), &scene, &options)?;
     let index = owned.index();
 
     // 3. Ask about all rays at once: one above the middle of each cell of the ground plan.

@@ -138,7 +138,7 @@ pub(crate) struct CountingQuery<'r> {
     tests: u64,
 }
 
-impl crate::query::sealed::Sealed for CountingQuery<'_> {}
+impl crate::sealed::Sealed for CountingQuery<'_> {}
 
 impl Query for CountingQuery<'_> {
     fn enter(&mut self) {

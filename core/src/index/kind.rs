@@ -54,20 +54,6 @@ impl IndexKind {
         }
     }
 
-    /// Bounds the scratch bytes that a build for `triangle_count` triangles needs, as
-    /// [`Index::scratch_capacity`](crate::Index::scratch_capacity) does, and also in a constant. The bound is proven.
-    ///
-    /// # Examples
-    /// ```
-    /// use arboleda::{Block, IndexKind, Options};
-    ///
-    /// const SCRATCH: usize = IndexKind::Linear.scratch_capacity(200, &Options::DEFAULT);
-    /// static mut ROOM: [Block; Block::count(SCRATCH)] = [Block::ZERO; Block::count(SCRATCH)];
-    /// ```
-    pub const fn scratch_capacity(self, triangle_count: usize, options: &Options) -> usize {
-        self.scratch_bytes(triangle_count, options)
-    }
-
     /// Measures the memory and the work of a build, by a dry run; see [`Index::capacity`](crate::Index::capacity).
     ///
     /// # Errors
@@ -78,22 +64,7 @@ impl IndexKind {
         options: &Options,
         scratch: &mut [u8],
     ) -> Result<Capacity, BuildError> {
-        self.measure(scene, options, scratch, &Sequential)
-    }
-
-    /// Measures the memory and the work of a build, with the help of an executor; see
-    /// [`Index::capacity_with`](crate::Index::capacity_with).
-    ///
-    /// # Errors
-    /// The errors of [`Index::capacity`](crate::Index::capacity).
-    pub fn capacity_with(
-        self,
-        scene: &Scene<'_>,
-        options: &Options,
-        scratch: &mut [u8],
-        executor: &impl Executor,
-    ) -> Result<Capacity, BuildError> {
-        self.measure(scene, options, scratch, executor)
+        self.capacity_with(scene, options, scratch, &Sequential)
     }
 
     /// Builds an index of this kind in the first bytes of `arena`; see [`Index::build`](crate::Index::build).

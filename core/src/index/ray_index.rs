@@ -3,11 +3,12 @@
 use super::{AnyIndex, Index};
 use crate::geometry::Ray;
 use crate::query::{AllHits, Counters, Hit};
+use crate::sealed::Sealed;
 use crate::structure::Representation;
 
 /// Queries of [`Index`] and [`AnyIndex`], for generic and `dyn` use. Every index over the same triangles gives the same
 /// bits.
-pub trait RayIndex: sealed::Sealed {
+pub trait RayIndex: Sealed {
     /// The bytes of the index; see [`Index::as_bytes`](crate::Index::as_bytes).
     fn as_bytes(&self) -> &[u8];
 
@@ -35,11 +36,8 @@ pub trait RayIndex: sealed::Sealed {
     fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool;
 }
 
-mod sealed {
-    pub trait Sealed {}
-    impl<R: super::Representation> Sealed for super::Index<'_, R> {}
-    impl Sealed for super::AnyIndex<'_> {}
-}
+impl<R: Representation> Sealed for Index<'_, R> {}
+impl Sealed for AnyIndex<'_> {}
 
 /// Implements the trait by the methods of the same names.
 macro_rules! forward {

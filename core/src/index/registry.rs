@@ -164,7 +164,18 @@ macro_rules! registry {
                 }
             }
 
-            pub(super) const fn scratch_bytes(self, triangle_count: usize, options: &Options) -> usize {
+            /// Bounds the scratch bytes that a build for `triangle_count` triangles needs, as
+            /// [`Index::scratch_capacity`](crate::Index::scratch_capacity) does, and also in a constant. The bound is
+            /// proven.
+            ///
+            /// # Examples
+            /// ```
+            /// use arboleda::{Block, IndexKind, Options};
+            ///
+            /// const SCRATCH: usize = IndexKind::Linear.scratch_capacity(200, &Options::DEFAULT);
+            /// static mut ROOM: [Block; Block::count(SCRATCH)] = [Block::ZERO; Block::count(SCRATCH)];
+            /// ```
+            pub const fn scratch_capacity(self, triangle_count: usize, options: &Options) -> usize {
                 match self {
                     $($(#[cfg($included)] Self::$variant => {
                         let structure = $scratch_bytes(triangle_count, options);
@@ -173,7 +184,12 @@ macro_rules! registry {
                 }
             }
 
-            pub(super) fn measure(
+            /// Measures the memory and the work of a build, with the help of an executor; see
+            /// [`Index::capacity_with`](crate::Index::capacity_with).
+            ///
+            /// # Errors
+            /// The errors of [`Index::capacity`](crate::Index::capacity).
+            pub fn capacity_with(
                 self,
                 scene: &Scene<'_>,
                 options: &Options,

@@ -16,25 +16,21 @@ use super::Index;
 use crate::error::{BuildError, OpenError};
 use crate::input::{Options, Scene};
 use crate::memory::Block;
+use crate::sealed::Sealed;
 use crate::structure::{Representation, Sections};
 
 /// Storage of an index: blocks whose contents stay the same as long as they are not borrowed mutably.
 ///
 /// Implemented for `[Block; N]` and for slices of blocks. The trait is sealed, because another type could return other
 /// blocks each time.
-pub trait Storage: sealed::Sealed {
+pub trait Storage: Sealed {
     /// The blocks.
     fn blocks(&self) -> &[Block];
 }
 
-mod sealed {
-    use crate::memory::Block;
-
-    pub trait Sealed {}
-    impl<const N: usize> Sealed for [Block; N] {}
-    impl Sealed for &[Block] {}
-    impl Sealed for &mut [Block] {}
-}
+impl<const N: usize> Sealed for [Block; N] {}
+impl Sealed for &[Block] {}
+impl Sealed for &mut [Block] {}
 
 impl<const N: usize> Storage for [Block; N] {
     fn blocks(&self) -> &[Block] {

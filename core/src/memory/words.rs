@@ -1,5 +1,6 @@
 //! Output of a build: the words it writes, and the steps it counts.
 
+use super::put;
 use crate::error::BuildError;
 
 /// Growing run of words that goes on counting where the memory ends.
@@ -96,8 +97,6 @@ impl<'a> Words<'a> {
 
     /// Overwrites the word at `offset`.
     pub fn set(&mut self, offset: usize, word: u32) {
-        if let Some(slot) = self.slots.get_mut(offset) {
-            *slot = word;
-        }
+        put(self.slots, offset, word);
     }
 }

@@ -14,6 +14,7 @@ pub use counters::{Count, Counters};
 
 use crate::geometry::kernel::{self, Intersection, Meeting, Verdict, Volumes, meet, meet_exactly};
 use crate::geometry::{Ray, Triangle, last_parameter};
+use crate::sealed::Sealed;
 
 /// Id of a triangle: its index in the scene.
 ///
@@ -61,7 +62,7 @@ pub struct AllHits<'h> {
 /// Query that is answered during a traversal.
 ///
 /// An index [enters](Query::enter) nodes and [tests](Query::test) triangles, until a call returns `Break`.
-pub trait Query: sealed::Sealed {
+pub trait Query: Sealed {
     /// True for an any-hit query. Only these receive [`Query::surely_hit`].
     const ANY: bool = false;
 
@@ -108,11 +109,6 @@ pub trait Query: sealed::Sealed {
         }
         self.decide(id, triangle)
     }
-}
-
-/// Seal: only the queries of this crate implement [`Query`], and an index may rely on what they do.
-pub(crate) mod sealed {
-    pub trait Sealed {}
 }
 
 /// Decides exactly, for a ray and a triangle that a filter has left in doubt, whether there is a hit up to `t_max`.
@@ -177,7 +173,7 @@ fn hit_of(triangle: TriangleId, Intersection { t, u, v }: Intersection) -> Hit {
     Hit { triangle, t, u, v }
 }
 
-impl<C> sealed::Sealed for Closest<'_, C> {}
+impl<C> Sealed for Closest<'_, C> {}
 
 impl<C: Count> Query for Closest<'_, C> {
     #[inline]
@@ -243,7 +239,7 @@ impl<'r, C: Count> Occluded<'r, C> {
     }
 }
 
-impl<C> sealed::Sealed for Occluded<'_, C> {}
+impl<C> Sealed for Occluded<'_, C> {}
 
 impl<C: Count> Query for Occluded<'_, C> {
     const ANY: bool = true;
@@ -335,7 +331,7 @@ impl<'r, 'h, C: Count> All<'r, 'h, C> {
     }
 }
 
-impl<C> sealed::Sealed for All<'_, '_, C> {}
+impl<C> Sealed for All<'_, '_, C> {}
 
 impl<C: Count> Query for All<'_, '_, C> {
     #[inline]

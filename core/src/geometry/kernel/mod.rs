@@ -115,12 +115,12 @@ pub enum Verdict {
 
 /// Hit whose weights are computed on demand.
 pub struct Meeting<'p> {
-    weights: Weights<'p>,
+    weights: UndividedWeights<'p>,
     t: f32,
 }
 
 /// Weights of a hit, before the division by `det`.
-struct Weights<'p> {
+struct UndividedWeights<'p> {
     pair: Pair<'p>,
     u: Approximate,
     v: Approximate,
@@ -190,7 +190,7 @@ pub fn meet_exactly<'p>(
     };
     let known = |sign: i32, volume| if sign == 0 { Approximate::ZERO } else { volume };
     let (u, v) = (known(u, volumes.u), known(v, volumes.v));
-    Meeting::at(&t, Weights { pair, u, v, det, det_sign }, t_min, t_max)
+    Meeting::at(&t, UndividedWeights { pair, u, v, det, det_sign }, t_min, t_max)
 }
 
 /// Finds the signs of `det u`, `det v` and `det`; `None` if the line misses the triangle. A sign given as 0 is found by
@@ -228,13 +228,13 @@ impl<'p> Meeting<'p> {
         if t.is_outside(t_min, t_max) {
             return None;
         }
-        let weights = Weights { pair, u: volumes.u, v: volumes.v, det, det_sign };
+        let weights = UndividedWeights { pair, u: volumes.u, v: volumes.v, det, det_sign };
         Self::at(&t, weights, t_min, t_max)
     }
 
     /// Makes the hit of bounds on `t` that are not outside the interval.
     #[inline]
-    fn at(t: &Bracket, weights: Weights<'p>, t_min: f32, t_max: f32) -> Option<Self> {
+    fn at(t: &Bracket, weights: UndividedWeights<'p>, t_min: f32, t_max: f32) -> Option<Self> {
         let t = t.round(&weights.pair, Volume::T, weights.det_sign);
         let inside = t_min <= t && t <= t_max && t.is_finite();
         inside.then_some(Self { weights, t })
@@ -249,7 +249,7 @@ impl<'p> Meeting<'p> {
     /// Computes the weights too.
     #[inline]
     pub fn intersection(&self) -> Intersection {
-        let Weights { pair, u, v, det, det_sign } = &self.weights;
+        let UndividedWeights { pair, u, v, det, det_sign } = &self.weights;
         let u = det.quotient(*u).round(pair, Volume::Of(Weight::U), *det_sign);
         let v = det.quotient(*v).round(pair, Volume::Of(Weight::V), *det_sign);
         Intersection { t: self.t, u, v: clamped(u, v) }

@@ -316,8 +316,7 @@ impl BvhBuilder<'_, '_> {
 
 /// Finds the bin of a triangle's centroid on an axis.
 fn bin_of(centroids: &Aabb, axis: usize, triangle: &Aabb) -> usize {
-    let centre = triangle.centre();
-    let [centre, _] = Aabb::new(centre, centre).along(axis).map(f64::from);
+    let centre = f64::from(triangle.centre().to_array()[axis % 3]);
     let [lo, hi] = centroids.along(axis).map(f64::from);
     // The cast saturates, and maps a NaN (0 / 0) to 0.
     (((centre - lo) / (hi - lo) * BINS as f64) as usize).min(BINS - 1)

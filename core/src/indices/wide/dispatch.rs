@@ -19,7 +19,7 @@
 //!   ray more.
 #![allow(unsafe_code)]
 
-use super::simd::Portable;
+use super::simd::{Fastest, Portable};
 use super::traversal;
 use super::tree::InLanes;
 use crate::input::SimdLevel;
@@ -64,15 +64,8 @@ pub(crate) fn traverse_each<T: InEvery, Q: Query>(
 }
 
 /// Tree that all lanes of this target can read.
-#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-pub(crate) trait InEvery: InLanes<Portable> + InLanes<super::simd::Avx2> {}
-#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-impl<T: InLanes<Portable> + InLanes<super::simd::Avx2>> InEvery for T {}
-/// Tree that all lanes of this target can read.
-#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-pub(crate) trait InEvery: InLanes<Portable> {}
-#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-impl<T: InLanes<Portable>> InEvery for T {}
+pub(crate) trait InEvery: InLanes<Portable> + InLanes<Fastest> {}
+impl<T: InLanes<Portable> + InLanes<Fastest>> InEvery for T {}
 
 /// The traversal, compiled for instructions that the processor may not have. Each is a function of its own, so that its
 /// registers are not shared with those of the caller.
