@@ -1,7 +1,7 @@
 //! An index in ROM: built on another machine, included in the program, asked where it lies.
 //!
-//! `square.arb` was written by `as_bytes` of the BVH below; a build script of yours would write such a file. It opens on
-//! every little-endian target, 32 or 64 bits. There is no copy and no heap: beside the stack (see the table of
+//! `square.arb` was written by `as_bytes` of the BVH below; a build script of yours would write such a file. It opens
+//! on every little-endian target, 32 or 64 bits. There is no copy and no heap: beside the stack (see the table of
 //! [`IndexKind`](arboleda::IndexKind)) a query needs only the `Index`, some 100 bytes.
 //!
 //! `cargo run -p arboleda --example index_in_rom`

@@ -1,6 +1,6 @@
 //! `cargo bench -p arboleda-host --bench build`: every index, built in memory that is there already.
 //!
-//! That each answers some photons' rays as the guide does is checked before anything is timed.
+//! Before anything is timed, the answers to some photons' rays are compared with the guide's.
 
 use arboleda::{Block, IndexKind};
 use arboleda_host::bench::measurement::{build, checked, verified_workload};

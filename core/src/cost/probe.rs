@@ -35,7 +35,7 @@ const MOST: usize = 384;
 /// Largest number of the caller's rays that are examined for one group: ten times the number of probe rays.
 const MOST_EXAMINED: usize = 4096;
 
-/// The number of probe rays for a group of `triangle_count` triangles. They are so many that another choice of them
+/// Returns the number of probe rays for a group of `triangle_count` triangles: enough that another choice of rays
 /// changes little, and few beside the triangles that are filed for each subdivision.
 pub(crate) const fn ray_count(triangle_count: usize) -> usize {
     match triangle_count {

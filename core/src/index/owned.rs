@@ -58,8 +58,8 @@ impl OwnedIndex {
         Self::build_in(kind, scene, options, blocks, scratch, executor)
     }
 
-    /// Builds an index in memory that was allocated before: blocks that it will own, and scratch that may serve the next
-    /// build. [`IndexKind::capacity`] says how much is needed.
+    /// Builds an index in memory that was allocated before: blocks that it will own, and scratch that may serve the
+    /// next build. [`IndexKind::capacity`] says how much is needed.
     ///
     /// Cost: that of [`Index::build`](crate::Index::build).
     ///

@@ -30,8 +30,8 @@ registry! {
     /// others do not change.
     ///
     /// # Stack
-    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), below the stack pointer at the call. `.ci/run stacks` fails
-    /// if one is exceeded. Without optimisation, expect twice as much and more.
+    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), below the stack pointer at the call. `.ci/run stacks`
+    /// fails if one is exceeded. Without optimisation, expect twice as much and more.
     ///
     /// - A query has frames of fixed sizes and does not recurse, so its bounds hold for every scene.
     /// - The build of a tree recurses once for each level. Its bounds hold for the 456 triangles of the check. A deeper

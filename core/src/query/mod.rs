@@ -160,8 +160,8 @@ impl<'r, C: Count> Closest<'r, C> {
     #[cold]
     #[inline(never)]
     fn decide_exactly(&mut self, id: TriangleId, triangle: &Triangle, volumes: &Volumes) {
-        // Around a corner, most triangles are hit at the last `t`, and half of them or more have a higher id. Their `t_max`
-        // is the number before it, so they are rejected without exact arithmetic.
+        // Around a corner, most triangles are hit at the last `t`, and half of them or more have a higher id. Their
+        // `t_max` is the number before it, so they are rejected without exact arithmetic.
         let (ray, t_max) = (self.ray, self.last_t_of(id));
         if let Some(meeting) = meet_exactly(ray, triangle, volumes, ray.t_min(), t_max) {
             self.hit = hit_of(id, meeting.intersection());

@@ -1,4 +1,5 @@
-//! What an index takes, and whether its answers are right.
+//! Measurement of an index: its size, the nodes and tests of its queries, and their time, after its answers are
+//! compared.
 //!
 //! ```text
 //! build -> probe (how many photons) -> answers, counted == the guide's -> 1 2 3 1 2 3 1 2 3 ... timed
@@ -17,7 +18,7 @@ use crate::contenders::contender::Mode;
 use crate::contenders::ours::Ours;
 use crate::scene::Model;
 
-/// Rays that the linear scan checks: so many tests, in which it takes about half a second.
+/// Triangle tests of the linear scan while it checks rays; they take about half a second.
 const ORACLE_TESTS: usize = 30_000_000;
 /// The most rays that the linear scan checks.
 const ORACLE_RAYS: usize = 4_096;

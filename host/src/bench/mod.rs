@@ -1,4 +1,4 @@
-//! How anything is measured: rays found once, answers compared, and only then the clock.
+//! The measuring machine: rays are found once, answers are compared, and only then the clock runs.
 //!
 //! ```text
 //! workload (rays of photons, exact answers) -+
@@ -6,8 +6,8 @@
 //!                                                                                                |
 //!                                     record (CSV, with its provenance) <- summary (spreads) <---+
 //! ```
-//! Answers are compared bit for bit before anything is timed; all timing is on one thread. What can be measured:
-//! [`crate::contenders`]. What is compared with what: [`crate::studies`].
+//! Answers are compared bit for bit before anything is timed; all timing is on one thread. [`crate::contenders`]
+//! can be measured; [`crate::studies`] compare them.
 
 pub mod measurement;
 pub mod plan;

@@ -1,4 +1,4 @@
-//! Which index is measured with which options, and on how many photons.
+//! Plan of a measurement: the indices, their options, and the number of photons.
 
 use arboleda::{Counters, IndexKind, Level, Options, Resolution};
 

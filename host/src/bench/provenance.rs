@@ -1,4 +1,4 @@
-//! Where figures come from: without it they mean nothing.
+//! Provenance of figures: the machine, the compiler and the commit, without which they mean nothing.
 
 use std::process::Command;
 

@@ -46,14 +46,15 @@ pub fn time(turns: &[Turn<'_>], rounds: usize, progress: Tick<'_>) -> Vec<Vec<f6
 
 /// Fewest and most builds of everything, the first time included.
 const BUILDS: [usize; 2] = [3, 30];
-/// More often than at least as long as its builds together take less: short ones are the most disturbed.
+/// Seconds of all builds of one index together, from which on only the fewest builds are made. Short builds are made
+/// more often, because they are disturbed the most.
 const SECONDS: f64 = 0.5;
-/// From so many triangles on builds are long, and the first touch of memory a small share: one is enough.
+/// Triangles from which on one build is enough: it is long, and the first touch of memory a small share of it.
 const LARGE: usize = 500_000;
 
-/// Time of what was built once, and how to build it again.
+/// Time of a build that was made once, and the way to make it again.
 pub struct Build<'a> {
-    /// The shortest so far.
+    /// Seconds of the shortest build so far.
     pub seconds: f64,
     /// Builds once more and returns the seconds; infinitely many if that fails.
     pub again: Box<dyn Fn() -> f64 + 'a>,

@@ -23,7 +23,7 @@ const GUIDE: IndexKind = IndexKind::WideBvh;
 
 /// Photons whose rays indices are built and selected by.
 pub const SAMPLE_PHOTONS: u64 = 512;
-/// If so many photons have no ray, none has.
+/// Photons that are followed before a scene counts as dark: if none of them has a ray, no photon has.
 const DARK: u64 = 256;
 /// The end of a free occlusion ray, as a share of the way to the hit: so far before it that rounding
 /// does not decide.

@@ -1,4 +1,4 @@
-//! How far a contender's answers are from the exact ones.
+//! Agreement of a contender's answers with the exact ones.
 //!
 //! The others round, so their `t` may differ a little. A ray through an edge hits two triangles at the
 //! same `t`: `arboleda` names the lower, others any of them. That counts as a disagreement too, and apart.

@@ -1,7 +1,7 @@
 //! Each library at its best: all its settings are built, and the one that answers fastest stays.
 //!
-//! Which preset or instruction set is best depends on the scene and the processor. Ours have no such
-//! choice to make: they compete with their default options.
+//! The best preset or instruction set depends on the scene and the processor. Our indices have no such choice: they
+//! compete with their default options.
 
 use arboleda::{Ray, Triangle};
 
@@ -18,7 +18,7 @@ const CLEARLY_FASTER: f64 = 0.97;
 /// Builds a library's index by each of its settings and keeps the fastest on `sample`.
 ///
 /// # Errors
-/// That of the last setting, if none could be built.
+/// The error of the last setting, if none could be built.
 pub fn best_setting(
     peer: &Peer,
     triangles: &[Triangle],

@@ -1,4 +1,4 @@
-//! What can be measured: anything that answers a slice of rays.
+//! Contender: anything that answers a slice of rays, so that it can be measured.
 //!
 //! A contender answers a whole slice in one call, so that its loop is compiled with its own code and
 //! no indirect call is paid for each ray. It gets the rays as [`Ray`]s and fills in its own kind of
@@ -52,9 +52,9 @@ impl Mode {
 
 /// Room for answers, at least one for each ray.
 pub struct Answers {
-    /// Of closest-hit rays.
+    /// Answers to closest-hit rays.
     pub hits: Vec<Hit>,
-    /// Of occlusion rays.
+    /// Answers to occlusion rays.
     pub occluded: Vec<bool>,
 }
 

@@ -1,4 +1,4 @@
-//! What can be measured: the indices of `arboleda`, and other people's libraries, each at its best.
+//! Contenders: the indices of `arboleda`, and other people's libraries, each at its best.
 //!
 //! ```text
 //! contender (answers rays in a mode) <- ours
@@ -7,7 +7,7 @@
 //!              |
 //!         best_setting (the fastest on a scene), agreement (how far the answers are from the exact ones)
 //! ```
-//! What is fair and what is not: all on one thread, rays in processor time; the answers are looked at
+//! Fair and not fair: all on one thread, rays in processor time; the answers are looked at
 //! before anything is timed; contenders take turns; every ray is converted from [`arboleda::Ray`] inside
 //! the timed loop; build times leave out what an application would have anyway (triangles in the
 //! library's form). The libraries' tests round and leak, ours is exact. The crates and ours are compiled

@@ -25,8 +25,8 @@ pub struct Ours<I>(pub I);
 
 /// Takes an index whose kind is to be known where the loops are compiled, as the libraries' is.
 ///
-/// That holds for the kinds made for speed, and for those that libraries are compared with by default; the others are
-/// as [`Ours`] of any index.
+/// The kinds made for speed, and those that libraries are compared with by default, are known there. The others are
+/// [`Ours`] of any index.
 pub fn direct(index: AnyIndex<'_>) -> Box<dyn Contender + '_> {
     fn known<'a, R: Representation>(index: Index<'a, R>) -> Box<dyn Contender + 'a> {
         Box::new(Ours(index))

@@ -43,9 +43,9 @@ impl Setting {
 /// Library, with those of its settings that may be the fastest.
 #[derive(Clone, Copy, Debug)]
 pub struct Peer {
-    /// For tables and command lines.
+    /// Name in tables and on command lines.
     pub name: &'static str,
-    /// Which is best depends on the scene and the processor; see [`super::best_setting`].
+    /// Settings; the best depends on the scene and the processor, see [`super::best_setting`].
     pub settings: &'static [Setting],
 }
 

@@ -53,8 +53,8 @@ fn cases(kind: IndexKind) -> Vec<Case> {
 const EFFORT: Effort =
     Effort { photons: 2_000, repetitions: 7, seconds: 0.01, share: Share::Own, seed: 0 };
 
-/// Numbers of triangles of the first model that are also measured alone: on the others, the time of the linear scan says nothing
-/// about what a ray takes before the first test.
+/// Numbers of triangles of the first model that are also measured alone: on the others, the time of the linear scan
+/// says nothing about what a ray takes before the first test.
 const FEW: [usize; 3] = [1, 12, 100];
 
 fn first_triangles(model: &Model, count: usize) -> Model {

@@ -1,4 +1,4 @@
-//! How far the automatic level and resolution are from the best.
+//! Distance of the automatic level and resolution from the best.
 //!
 //! ```text
 //! levels 0, 1, 2 ... -> probe -> those near the cheapest -> count -> the few cheapest -> time
@@ -24,11 +24,11 @@ const DENSITIES: [f32; 18] = [
     0.004, 0.008, 0.016, 0.031, 0.062, 0.125, 0.18, 0.25, 0.35, 0.5, 0.71, 1.0, 1.41, 2.0, 2.83,
     4.0, 8.0, 16.0,
 ];
-/// The sweep ends, and a choice is not looked at again, where the probe costs so many times the cheapest.
+/// Multiple of the cheapest probe at which the sweep ends, and from which on a choice is not counted.
 const HOPELESS: f64 = 1.5;
-/// So many of the cheapest are timed, beside the automatic choice.
+/// Number of the cheapest choices that are timed, beside the automatic one.
 const TIMED: usize = 4;
-/// They are timed so many times as often as other things: a repetition takes milliseconds.
+/// Multiple of the usual repetitions in which they are timed, because a repetition takes milliseconds.
 const MORE_OFTEN: usize = 3;
 
 /// Automatic choice of one index on one scene, and the others that were tried.
@@ -63,8 +63,8 @@ impl LevelCheck {
         (self.automatic.cost_per_ray() / self.best_by_counters().cost_per_ray() - 1.0) * 100.0
     }
 
-    /// Returns how much longer the automatic choice takes than the fastest other, in percent of that; below 0 where it is
-    /// the fastest of all, and 0 where no other was timed.
+    /// Returns how much longer the automatic choice takes than the fastest other, in percent of that; below 0 where it
+    /// is the fastest of all, and 0 where no other was timed.
     pub fn excess_time(&self) -> f64 {
         self.fastest.map_or(0.0, |(_, ratio)| (ratio - 1.0) * 100.0)
     }

@@ -1,4 +1,4 @@
-//! Which comparison is made: each study takes scenes, measures by [`crate::bench`], and returns what it found.
+//! Studies: each takes scenes, measures by [`crate::bench`], and returns its figures.
 //!
 //! ```text
 //! indices      every index on a scene, and the automatic selection beside them
@@ -6,7 +6,7 @@
 //! growth       the same kind of scene, larger and larger
 //! separation   each index and its hierarchy on clusters that move apart
 //! levels       the automatic level or resolution against all others
-//! calibration  what a ray, a node and a test take: the weights of the automatic selection
+//! calibration  time of a ray, a node and a test: the weights of the automatic selection
 //! counters     figures that are the same on every machine
 //! paper        the paper's figure 3 and tables 1 to 3
 //! ```

@@ -152,7 +152,7 @@ pub fn steps(options: &PeerOptions<'_>) -> u64 {
 /// Compares everything on one scene.
 ///
 /// # Errors
-/// As [`TimedIndex::build`]: the scene cannot be indexed. A library that fails is only absent.
+/// The errors of [`TimedIndex::build`]. A library that fails is only absent.
 pub fn run(
     model: &Model,
     options: &PeerOptions<'_>,
@@ -267,7 +267,7 @@ pub fn run(
 /// [`growth::run`](super::growth::run).
 ///
 /// # Errors
-/// As [`run`].
+/// The errors of [`run`].
 pub fn run_briefly(model: &Model, options: &PeerOptions<'_>) -> Result<PeerComparison, BuildError> {
     let options = PeerOptions {
         peers: &PEERS[..PEERS.len().min(1)],

@@ -1,4 +1,4 @@
-//! What clusters gain as they move apart.
+//! Gain by clusters as they move apart.
 //!
 //! Figure 3's two clusters of cubes, from touching to 10,000 times their size. A single tree of cells
 //! spends its levels on the space between; a single grid has all triangles in a few cells; a tree that
@@ -42,11 +42,11 @@ impl SeparationRow {
 /// Savings in percent; below 0 where the hierarchy loses.
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
-    /// Of the time.
+    /// Time saved.
     pub time: f64,
-    /// Of nodes and tests, weighted by the cost model.
+    /// Nodes and tests saved, weighted by the cost model.
     pub counters: f64,
-    /// Of the bytes, triangles not counted.
+    /// Bytes saved, triangles not counted.
     pub memory: f64,
 }
 

@@ -106,7 +106,8 @@ impl Volumes {
         Some(Self { u, v, w, ..*self })
     }
 
-    /// Tells whether the origin is so far away, measured in edges of the triangle, that [`Volumes::seen_from_nearer`] pays.
+    /// Tells whether the origin is so far away, measured in edges of the triangle, that [`Volumes::seen_from_nearer`]
+    /// pays.
     #[inline]
     pub(super) fn are_from_far(&self) -> bool {
         const EDGES: f64 = 65_536.0; // 2^16

@@ -17,7 +17,7 @@
 //! 2. A node hands its allowance on to its parts, in proportion to the triangles that are filed in each.
 //! 3. A node is divided only if the parts may have the references that are filed in them.
 //!
-//! So where triangles lie in one place, which no plane divides, a node becomes a leaf as soon as its share is used up,
+//! No plane divides triangles that lie in one place. There a node becomes a leaf as soon as its share is used up,
 //! however deep the tree is elsewhere.
 //!
 //! Cost: a level files at most `n * allowance` references, each in at most nine steps and those of choosing planes. A

@@ -14,8 +14,8 @@
 //!
 //! # Measured
 //! - A city takes 54 bytes a triangle instead of 56 without sharing.
-//! - In figure 3, the twelve triangles of a box are three leaves, of two, two and eight: 51 bytes a triangle, 85 without
-//!   sharing.
+//! - In figure 3, the twelve triangles of a box are three leaves, of two, two and eight: 51 bytes a triangle, 85
+//!   without sharing.
 //!
 //! # Why `% LANES` and `% 3`
 //! The reduction makes the index of a lane (or of an axis) provably smaller than the array's length. So the compiler
@@ -28,8 +28,8 @@ use core::ops::Range;
 use crate::Vec3;
 use crate::geometry::Triangle;
 
-/// Width of SIMD: boxes of a node, or triangles in the rows that leaves share. How many triangles the build puts in a leaf
-/// is `build::LEAF_TRIANGLES`.
+/// Width of SIMD: boxes of a node, or triangles in the rows that leaves share. How many triangles the build puts in a
+/// leaf is `build::LEAF_TRIANGLES`.
 pub(crate) const LANES: usize = 8;
 
 /// Row of a node or of a leaf: a word for each lane.

@@ -14,8 +14,8 @@ pub struct SceneChoice {
     /// Scene files, beside the built-in scenes
     #[arg(value_name = "SCENE")]
     files: Vec<PathBuf>,
-    /// Only these built-in scenes, separated by commas: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; mesh-N and
-    /// city-N with about N triangles; `none` for the files alone
+    /// Only these built-in scenes, separated by commas: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; mesh-N
+    /// and city-N with about N triangles; `none` for the files alone
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     scenes: Vec<String>,
     #[command(flatten)]

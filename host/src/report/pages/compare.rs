@@ -26,7 +26,7 @@ pub struct CompareEvidence<'e> {
     pub levels: &'e [LevelCheck],
     /// A picture of the clusters of each scene, and a line about it.
     pub pictures: &'e [(&'e Path, String)],
-    /// Where the figures come from.
+    /// Provenance of the figures.
     pub provenance: &'e Provenance,
     /// The command that gives them again.
     pub command: &'e str,

@@ -1,7 +1,7 @@
 //! The paper's tables 1 to 3: octree hierarchies against grid hierarchies of the same size, level by level.
 //!
-//! Which size that is depends on how an octree is stored, and the paper does not say. So there are two grids
-//! to each octree: one as large as our octree, which stores what is not empty, and one as large as the same
+//! The size of an octree depends on how it is stored, and the paper does not say how. There are two grids for each
+//! octree: one as large as our octree, which stores what is not empty, and one as large as the same
 //! octree with pointers, as usual at the time; see [`pointer_octree_bytes`].
 
 use anyhow::Context;

@@ -75,7 +75,7 @@ pub fn run(out: &mut dyn Write) -> fmt::Result {
 /// Writes one line for each of some kinds of index. Succeeds only once.
 ///
 /// # Errors
-/// Those of [`run`].
+/// The errors of [`run`].
 pub fn run_each(kinds: &[IndexKind], out: &mut dyn Write) -> fmt::Result {
     let memory = memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {

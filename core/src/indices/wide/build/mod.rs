@@ -77,7 +77,7 @@ pub(crate) fn sort<'s>(
 
 /// Leaf size: the most triangles in a leaf, in all three forms. Leaves of one node share rows, so small leaves cost
 /// memory only where they leave lanes unused. [`Options::leaf_capacity`](crate::Options::leaf_capacity) is not read.
-/// What lost with other sizes stands in `full`.
+/// The documentation of `full` lists the other sizes that were measured.
 ///
 /// Another size is no other format, and old bytes still open. It changes the trees: golden counters and digests, the
 /// limits of bytes in `host/tests`, the weights and the table of stacks follow.

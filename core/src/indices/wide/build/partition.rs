@@ -110,7 +110,7 @@ impl<'b> Divider<'b> {
     /// Splits more than eight primitives into two subsets, one behind the other, and returns the length of the first,
     /// which is the one that costs less.
     ///
-    /// So the cheaper subset gets the lower lane. Of two boxes that a ray enters at once, as a ray that begins in both
+    /// The cheaper subset gets the lower lane. Of two boxes that a ray enters at once, as a ray that begins in both
     /// does, the lower lane is entered first.
     pub fn divide(&self, primitives: &mut [Primitive], subset: &Subset) -> (usize, [Subset; 2]) {
         match *subset {

@@ -19,10 +19,10 @@
 //!   whatever a margin cannot exclude.
 //!
 //! # What lost
-//! - Splitting leaves of up to eight where their triangles lie apart, before leaves shared rows: 2% fewer instructions in
-//!   a city for 14 bytes more a triangle, and no difference elsewhere.
-//! - Leaves of up to four triangles, with leaf rows of four lanes instead of eight: 66 bytes a triangle in figure 3, where sharing rows takes 51, and
-//!   2 to 5% more instructions for addresses.
+//! - Splitting leaves of up to eight where their triangles lie apart, before leaves shared rows: 2% fewer instructions
+//!   in a city for 14 bytes more a triangle, and no difference elsewhere.
+//! - Leaves of up to four triangles, with leaf rows of four lanes instead of eight: 66 bytes a triangle in figure 3,
+//!   where sharing rows takes 51, and 2 to 5% more instructions for addresses.
 //! - Sorting a batch by octant and by the Morton code of the origins: rays of photons are up to a fifth faster then,
 //!   but sorting takes as long as asking.
 //! - Other orders of the rows: see `emit`.

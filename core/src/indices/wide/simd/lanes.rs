@@ -180,7 +180,7 @@ pub(crate) fn sides_of(node: &Node) -> &[[Row; 2]; 4] {
 pub(crate) struct Candidates {
     /// The triangles that may be hit.
     pub any: u32,
-    /// Those of them that surely are hit; only for [any-hit queries](Query::ANY).
+    /// The triangles that are surely hit; only for [any-hit queries](Query::ANY).
     pub sure: u32,
 }
 
