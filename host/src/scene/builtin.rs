@@ -29,7 +29,7 @@ impl Builtin {
 pub const ALL: &[Builtin] = &[
     entry("fig2", "six groups of a few objects, six clusters (paper, figure 2)", paper::fig2),
     entry("fig3", "two distant clusters of 512 cubes each (figure 3)", paper::fig3),
-    entry("fig4a", "a floor and five teapots, 2 clusters (figure 4a)", paper::fig4a),
+    entry("fig4a", "a floor and a pile of five teapots, 2 clusters (figure 4a)", paper::fig4a),
     entry("fig4b", "a floor and five teapots, 3 clusters (figure 4b)", paper::fig4b),
     entry("fig4c", "a floor and five teapots, 4 clusters (figure 4c)", paper::fig4c),
     entry("fig4d", "as fig4c and a very large teapot (figure 4d)", paper::fig4d),
