@@ -154,7 +154,7 @@ pub fn measure(
     }
 
     // 4. The clock.
-    clock(&mut all.iter_mut().collect::<Vec<_>>(), workload, effort.repetitions);
+    clock(&mut all.iter_mut().collect::<Vec<_>>(), workload, effort.repetitions, &|| {});
     Ok(all.into_iter().map(|one| one.figures).collect())
 }
 
@@ -204,17 +204,33 @@ pub fn count(
     Ok(Measured { index, figures })
 }
 
-/// Times the indices on the photons that each was counted on, in turns; returns all times of each, in seconds.
-pub fn clock(all: &mut [&mut Measured], workload: &Workload, repetitions: usize) -> Vec<Vec<f64>> {
-    let contenders: Vec<_> = all.iter().map(|one| Ours(one.index.index())).collect();
-    let turns = all.iter().zip(&contenders).map(|(one, contender)| Turn {
+/// Times the indices on the photons that each was counted on, in turns; calls `progress` after each round. Returns all
+/// times of each, in seconds.
+pub fn clock(
+    all: &mut [&mut Measured],
+    workload: &Workload,
+    repetitions: usize,
+    progress: Tick<'_>,
+) -> Vec<Vec<f64>> {
+    let mut each: Vec<_> = all.iter_mut().map(|one| (&mut **one, workload)).collect();
+    clock_each(&mut each, repetitions, progress)
+}
+
+/// Times as [`clock`], each index on photons of its own.
+pub fn clock_each(
+    all: &mut [(&mut Measured, &Workload)],
+    repetitions: usize,
+    progress: Tick<'_>,
+) -> Vec<Vec<f64>> {
+    let contenders: Vec<_> = all.iter().map(|(one, _)| Ours(one.index.index())).collect();
+    let turns = all.iter().zip(&contenders).map(|((one, workload), contender)| Turn {
         contender,
         mode: Mode::Single,
         rays: workload.rays_of_first(one.figures.photons),
     });
-    let times = time(&turns.collect::<Vec<_>>(), repetitions, &|| {});
+    let times = time(&turns.collect::<Vec<_>>(), repetitions, progress);
     drop(contenders);
-    for (one, times) in all.iter_mut().zip(&times) {
+    for ((one, _), times) in all.iter_mut().zip(&times) {
         one.figures.seconds = Spread::of(times);
         one.figures.repetitions = times.len();
     }

@@ -31,6 +31,21 @@ impl Case {
         let options = Options { resolution, ..Options::default() };
         Self { kind, options, setting: format!("{density} cells per triangle") }
     }
+
+    /// Takes an index with a grid of these cells along x, y and z in each group.
+    pub fn at_cells(kind: IndexKind, cells: [u32; 3]) -> Self {
+        let options = Options { resolution: Resolution::Cells(cells), ..Options::default() };
+        let [x, y, z] = cells;
+        Self { kind, options, setting: format!("{x} x {y} x {z} cells") }
+    }
+
+    /// Divides cells of more than `capacity` triangles, in place of the default.
+    #[must_use]
+    pub fn with_leaves_of(mut self, capacity: u32) -> Self {
+        self.options.leaf_capacity = capacity;
+        self.setting += &format!(", leaves of {capacity}");
+        self
+    }
 }
 
 /// Work that a measurement may be.

@@ -12,21 +12,46 @@ use crate::bench::progress::with_bar;
 use crate::bench::record::Recorder;
 use crate::files::output::make_folder;
 use crate::report::pages::{PaperEvidence, paper_page};
+use crate::studies::paper::equal_bytes_tables::{self, SceneTable};
 use crate::studies::paper::figure3::{self, Figure3};
-use crate::studies::paper::tables::{self, PUBLISHED, SceneTable};
+use crate::studies::paper::figure3_apart::{self, ApartRow};
+use crate::studies::paper::printed::PRINTED;
+use crate::studies::paper::protocol::{self, LEAF_CAPACITIES, ProtocolTable};
+use crate::studies::paper::table_file::write_tables;
+use crate::studies::paper::verdict::{Costs, Verdict};
+use crate::studies::separation::SeparationRow;
 
 /// The most photons in the study of clusters that move apart.
 const SEPARATION_PHOTONS: u64 = 30_000;
+/// Photons of `--quick`, once each.
+const QUICK_PHOTONS: u64 = 100;
+/// About how long a repetition may take, in seconds; with `--quick`, the second.
+const SECONDS: [f64; 2] = [0.1, 0.002];
 
 /// Measure the paper's figure 3 and tables 1 to 3 again, and compare with its figures
+///
+/// Tables 1 to 3 are measured as printed: octrees of each level against grids of the subdivision beside it, with leaves of
+/// 1 and of 12 triangles. Then the same with grids of equal bytes; then figure 3, with its clusters at other distances.
 #[derive(Args)]
 pub struct Paper {
     #[command(flatten)]
     measure: MeasureArguments,
-    /// Write the page index.html and paper.csv to this folder; both also have the study `separation`, on at most
-    /// 30,000 photons
+    /// Measure 100 photons once: a look at every table, whose times mean little
+    #[arg(long, conflicts_with_all = ["photons", "repetitions"])]
+    quick: bool,
+    /// Write the page index.html, tables.csv and paper.csv to this folder, also with the study `separation`, on at most
+    /// 30,000 photons. tables.csv has a line for each scene, level and leaf capacity of tables 1 to 3; nodes and tests are
+    /// per ray, bytes beside the triangles
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+}
+
+/// All measurements but the study `separation`.
+struct Evidence {
+    tables: Vec<ProtocolTable>,
+    equal_bytes: Vec<SceneTable>,
+    figure3: Figure3,
+    apart: Vec<ApartRow>,
 }
 
 impl Paper {
@@ -38,54 +63,159 @@ impl Paper {
         if let Some(folder) = &self.out {
             make_folder(folder)?;
         }
-        let effort = self.measure.effort(0.15, Share::Common);
-        let own = Effort { share: Share::Own, ..effort };
-        let steps = figure3::steps() + PUBLISHED.len() as u64 * tables::steps();
-        let (measured, scenes) = with_bar(steps, "paper", |progress| {
-            let measured = figure3::run(&own, progress)?;
-            let table = |published| tables::run(published, &effort, progress);
-            let scenes = PUBLISHED.into_iter().map(table).collect::<anyhow::Result<Vec<_>>>()?;
-            anyhow::Ok((measured, scenes))
-        })?;
-        print_figure3(&measured);
-        for table in &scenes {
-            print_table(table);
+        let effort = self.effort();
+        let evidence = measure(&effort)?;
+        let costs = Costs::fit(&evidence.tables);
+        for table in &evidence.tables {
+            print_table(table, &costs);
         }
+        for table in &evidence.equal_bytes {
+            print_equal_bytes(table);
+        }
+        print_figure3(&evidence.figure3);
+        print_apart(&evidence.apart);
         match &self.out {
-            Some(folder) => self.write(folder, &measured, &scenes),
+            Some(folder) => self.write(folder, &effort, &evidence),
             None => Ok(()),
         }
     }
 
-    /// Writes the page and the file.
-    fn write(&self, folder: &Path, figure3: &Figure3, tables: &[SceneTable]) -> anyhow::Result<()> {
-        let effort = self.measure.effort(0.1, Share::Own);
+    fn effort(&self) -> Effort {
+        let effort = self.measure.effort(SECONDS[0], Share::Common);
+        if self.quick {
+            Effort { photons: QUICK_PHOTONS, repetitions: 1, seconds: SECONDS[1], ..effort }
+        } else {
+            effort
+        }
+    }
+
+    /// Writes the page and the files.
+    fn write(&self, folder: &Path, effort: &Effort, evidence: &Evidence) -> anyhow::Result<()> {
         let photons = effort.photons.min(SEPARATION_PHOTONS);
-        let apart = separation::measure(&Effort { photons, ..effort })?;
+        let separation = separation::measure(&Effort { photons, ..*effort })?;
 
         let mut recorder = Recorder::new(effort.seed);
-        recorder.add("figure 3", "fig3", &figure3.hierarchy);
-        recorder.add("figure 3", "fig3", &figure3.single);
-        for table in tables {
-            for row in &table.rows {
-                let pair = [row.octree.clone(), row.grid.clone()];
-                recorder.add("tables 1 to 3", table.published.scene, &pair);
-            }
-        }
-        separation::record(&mut recorder, &apart);
-        let evidence = PaperEvidence {
-            figure3,
-            tables,
-            separation: &apart,
-            provenance: recorder.provenance(),
-            command: &self.measure.command("paper"),
+        record(&mut recorder, evidence, &separation);
+        let command = if self.quick {
+            "arboleda paper --quick".to_owned()
+        } else {
+            self.measure.command("paper")
         };
-        let page = folder.join("index.html");
-        paper_page(&evidence).save(&page)?;
-        let file = folder.join("paper.csv");
-        recorder.write_csv(&file)?;
-        log::info!("page: {}, measurements: {}", page.display(), file.display());
+        let page = PaperEvidence {
+            tables: &evidence.tables,
+            equal_bytes: &evidence.equal_bytes,
+            figure3: &evidence.figure3,
+            apart: &evidence.apart,
+            separation: &separation,
+            provenance: recorder.provenance(),
+            command: &command,
+        };
+        let [index, tables, all] =
+            ["index.html", "tables.csv", "paper.csv"].map(|name| folder.join(name));
+        paper_page(&page).save(&index)?;
+        write_tables(&tables, &evidence.tables)?;
+        recorder.write_csv(&all)?;
+        log::info!(
+            "page: {}, tables 1 to 3: {}, all measurements: {}",
+            index.display(),
+            tables.display(),
+            all.display()
+        );
         Ok(())
+    }
+}
+
+/// Measures everything but the study `separation`, with a bar.
+fn measure(effort: &Effort) -> anyhow::Result<Evidence> {
+    let own = Effort { share: Share::Own, ..*effort };
+    let printed: u64 = PRINTED.iter().map(|printed| protocol::steps(printed, effort)).sum();
+    let equal_bytes = PRINTED.len() as u64 * equal_bytes_tables::steps();
+    let steps = printed + equal_bytes + figure3::steps() + figure3_apart::steps();
+    with_bar(steps, "paper", |progress| {
+        let tables = PRINTED.iter().map(|printed| protocol::run(printed, effort, progress));
+        let tables = tables.collect::<anyhow::Result<_>>()?;
+        let equal_bytes =
+            PRINTED.iter().map(|printed| equal_bytes_tables::run(printed, effort, progress));
+        Ok(Evidence {
+            tables,
+            equal_bytes: equal_bytes.collect::<anyhow::Result<_>>()?,
+            figure3: figure3::run(&own, progress)?,
+            apart: figure3_apart::run(effort, progress)?,
+        })
+    })
+}
+
+/// Adds all measurements to the records.
+fn record(recorder: &mut Recorder, evidence: &Evidence, separation: &[SeparationRow]) {
+    for table in &evidence.tables {
+        for row in &table.rows {
+            recorder.add("tables 1 to 3", table.printed.scene, &row.octrees);
+            recorder.add("tables 1 to 3", table.printed.scene, std::slice::from_ref(&row.grid));
+        }
+    }
+    for table in &evidence.equal_bytes {
+        for row in &table.rows {
+            let three = [row.octree.clone(), row.grid.clone(), row.pointer_grid.clone()];
+            recorder.add("equal bytes", table.printed.scene, &three);
+        }
+    }
+    recorder.add("figure 3", "fig3", &evidence.figure3.hierarchy);
+    recorder.add("figure 3", "fig3", &evidence.figure3.single);
+    for row in &evidence.apart {
+        let scene = format!("fig3 at {} sizes", row.gap);
+        let pair = [row.hierarchy.figures.clone(), row.cube.figures.clone()];
+        recorder.add("figure 3 apart", &scene, &pair);
+        if let Some(over_box) = &row.over_box {
+            let scene = format!("{scene}, stretched");
+            recorder.add("figure 3 apart", &scene, std::slice::from_ref(&over_box.figures));
+        }
+    }
+    separation::record(recorder, separation);
+}
+
+fn print_table(table_of: &ProtocolTable, costs: &Costs) {
+    let mut lines = table(&[
+        table_of.printed.scene,
+        "grid",
+        "paper",
+        "leaves of 1",
+        "leaves of 12",
+        "us/photon",
+        "12",
+        "grid",
+        "nodes",
+        "12",
+        "cells",
+        "tests",
+        "12",
+        "grid",
+        "verdict",
+    ]);
+    for row in &table_of.rows {
+        let [one, twelve] = &row.octrees;
+        let mut cells = vec![
+            row.printed.level.to_string(),
+            row.printed.grid.to_string(),
+            format!("{:+.1}%", row.printed.gain_percent),
+        ];
+        cells.extend(row.gains().map(|gain| format!("{gain:+.1}%")));
+        let three = [one, twelve, &row.grid];
+        cells.extend(three.map(|one| format!("{:.3}", one.microseconds_per_photon())));
+        cells.extend(three.map(|one| format!("{:.1}", one.nodes_per_ray())));
+        cells.extend(three.map(|one| format!("{:.1}", one.tests_per_ray())));
+        cells.push(Verdict::of(row, 0, costs).words());
+        lines.add_row(cells);
+    }
+    say!("{lines}");
+    let printed = table_of.printed;
+    say!("best against best: {:+.1}% in the paper", printed.best_gain());
+    for (best, capacity) in table_of.best().iter().flatten().zip(LEAF_CAPACITIES) {
+        say!(
+            "{:+.1}% with leaves of {capacity}: level {} against {} cells",
+            best.gain(),
+            best.octree_level,
+            best.cells
+        );
     }
 }
 
@@ -107,9 +237,29 @@ fn print_figure3(figure3: &Figure3) {
     }
 }
 
-fn print_table(scene: &SceneTable) {
+fn print_apart(rows: &[ApartRow]) {
+    let mut lines = table(&["gap", "cube: level", "saved", "box: level", "saved"]);
+    for row in rows {
+        let (level, gain) = match (&row.over_box, row.box_gain()) {
+            (Some(over_box), Some(gain)) => {
+                (over_box.figures.deepest_level.to_string(), format!("{gain:.1}%"))
+            }
+            _ => (String::new(), String::new()),
+        };
+        lines.add_row([
+            count(u64::from(row.gap)),
+            row.cube.figures.deepest_level.to_string(),
+            format!("{:.1}%", row.cube_gain()),
+            level,
+            gain,
+        ]);
+    }
+    say!("{lines}");
+}
+
+fn print_equal_bytes(scene: &SceneTable) {
     let mut lines = table(&[
-        scene.published.scene,
+        scene.printed.scene,
         "us/photon",
         "grid",
         "gain",
@@ -146,9 +296,9 @@ fn print_table(scene: &SceneTable) {
     }
     say!("{lines}");
     say!(
-        "best against best: {:.1}%; against grids as large as octrees with pointers: {:.1}%; in the paper: {:.1}%",
+        "best against best of equal bytes: {:.1}%; against grids as large as octrees with pointers: {:.1}%; in the paper: {:.1}%",
         scene.best_gain(),
         scene.best_pointer_gain(),
-        scene.published.gain()
+        scene.printed.best_gain()
     );
 }

@@ -3,9 +3,9 @@
 //! ```text
 //! seconds = rays * ray + nodes visited * node + triangle tests * test      one row for each scene and setting
 //! ```
-//! The weights are solved by least squares of the relative errors, none below 0, for a simple index and its hierarchy
-//! together. The two share the local index; where they are close, their counters tell them apart, and not the errors of
-//! two fits. Each index of the core states its weights in `Described`; this prints those lines anew:
+//! A simple index and its hierarchy are fitted together. The two share the local index; where they are close, their
+//! counters tell them apart, and not the errors of two fits. Each index of the core states its weights in `Described`;
+//! this prints those lines anew:
 //!
 //! ```text
 //! cargo run --release -p arboleda-host -- compare calibrate
@@ -16,23 +16,13 @@ use std::fmt::Write;
 use arboleda::{IndexKind, Level, Options, Resolution};
 use rayon::prelude::*;
 
+use super::weights::Weights;
 use crate::TimedIndex;
 use crate::bench::measurement::{Measured, Measurement, affordable, build, clock, count};
 use crate::bench::plan::{Case, Effort, Share, pairs};
 use crate::bench::progress::Tick;
 use crate::bench::workload::Workload;
 use crate::scene::Model;
-
-/// Weights of the parts of a query, in nanoseconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
-    /// The index.
-    pub kind: IndexKind,
-    /// A ray, a node, a test.
-    pub nanoseconds: [f64; 3],
-    /// The root of the mean square of the relative errors.
-    pub error: f64,
-}
 
 /// Lists settings that give an index other shares of nodes and tests.
 fn cases(kind: IndexKind) -> Vec<Case> {
@@ -75,7 +65,11 @@ pub fn steps(models: &[Model]) -> u64 {
 ///
 /// # Errors
 /// If two indices do not agree, or a model has no light.
-pub fn run(models: &[Model], seed: u64, progress: Tick<'_>) -> anyhow::Result<Vec<Fit>> {
+pub fn run(
+    models: &[Model],
+    seed: u64,
+    progress: Tick<'_>,
+) -> anyhow::Result<Vec<(IndexKind, Weights)>> {
     let effort = Effort { seed, ..EFFORT };
     let mut rows = vec![Vec::new(); IndexKind::ALL.len()];
     let models = models.iter().cloned().chain(
@@ -95,7 +89,7 @@ pub fn run(models: &[Model], seed: u64, progress: Tick<'_>) -> anyhow::Result<Ve
         let other = if kind == simple { clustered } else { simple };
         let own = of(kind).flat_map(|(_, rows)| rows);
         let others = of(other).filter(|_| other != kind).flat_map(|(_, rows)| rows);
-        fit(kind, own.chain(others))
+        (kind, Weights::fit(own.chain(others)))
     });
     Ok(fits.collect())
 }
@@ -122,120 +116,22 @@ fn measure(
         let photons = affordable(&index.index(), workload, effort)?;
         all.push(count(model, &case, index, workload, photons)?);
     }
-    clock(&mut all.iter_mut().collect::<Vec<_>>(), workload, effort.repetitions);
+    clock(&mut all.iter_mut().collect::<Vec<_>>(), workload, effort.repetitions, &|| {});
     Ok(all.into_iter().map(|one| one.figures).collect())
 }
 
-/// Fits the weights of one kind.
-fn fit<'m>(kind: IndexKind, measured: impl Iterator<Item = &'m Measurement>) -> Fit {
-    let rows: Vec<[f64; 3]> = measured
-        .map(|one| {
-            let share = 1e-9 / one.seconds.min;
-            let counters = one.counters;
-            [
-                one.ray_count as f64 * share,
-                counters.nodes_visited as f64 * share,
-                counters.triangle_tests as f64 * share,
-            ]
-        })
-        .collect();
-    let (nanoseconds, error) = least_squares(&rows);
-    Fit { kind, nanoseconds, error }
-}
-
-/// Returns the weights, none below 0, whose sums over the rows come closest to 1, and by how much they miss it.
-///
-/// With three unknowns, each set of those that are not 0 is tried.
-fn least_squares(rows: &[[f64; 3]]) -> ([f64; 3], f64) {
-    let error_of = |weights: &[f64; 3]| {
-        let square = |row: &[f64; 3]| {
-            (row.iter().zip(weights).map(|(x, w)| x * w).sum::<f64>() - 1.0).powi(2)
-        };
-        (rows.iter().map(square).sum::<f64>() / rows.len().max(1) as f64).sqrt()
-    };
-    let mut best = ([0.0; 3], 1.0);
-    for used in 1..8_u32 {
-        let on = |column: usize| used >> column & 1 == 1;
-        // The normal equations; an unknown that is not used stands alone in its row.
-        let mut matrix = [[0.0; 4]; 3];
-        for (i, line) in matrix.iter_mut().enumerate() {
-            for j in 0..3 {
-                line[j] = match (on(i) && on(j), i == j) {
-                    (true, _) => rows.iter().map(|row| row[i] * row[j]).sum(),
-                    (false, true) => 1.0,
-                    (false, false) => 0.0,
-                };
-            }
-            line[3] = if on(i) { rows.iter().map(|row| row[i]).sum() } else { 0.0 };
-        }
-        let Some(weights) = solve(matrix) else { continue };
-        let error = error_of(&weights);
-        if weights.iter().all(|weight| *weight >= 0.0) && error < best.1 {
-            best = (weights, error);
-        }
-    }
-    best
-}
-
-/// Solves three linear equations, if they have one solution.
-fn solve(mut matrix: [[f64; 4]; 3]) -> Option<[f64; 3]> {
-    for step in 0..3 {
-        let pivot =
-            (step..3).max_by(|&a, &b| matrix[a][step].abs().total_cmp(&matrix[b][step].abs()))?;
-        matrix.swap(step, pivot);
-        let line = matrix[step];
-        if line[step].abs() < 1e-12 {
-            return None;
-        }
-        for (at, other) in matrix.iter_mut().enumerate() {
-            if at != step {
-                let factor = other[step] / line[step];
-                for (x, y) in other.iter_mut().zip(line) {
-                    *x -= factor * y;
-                }
-            }
-        }
-    }
-    Some([0, 1, 2].map(|at| matrix[at][3] / matrix[at][at]))
-}
-
 /// Writes the fits as the constants of the core's indices, `WEIGHTS` of `Described`: one line for each family.
-pub fn lines(fits: &[Fit]) -> String {
+pub fn lines(fits: &[(IndexKind, Weights)]) -> String {
     let mut text = String::new();
-    for fit in fits.iter().filter(|fit| !fit.kind.is_clustered()) {
-        let [ray, node, test] = fit.nanoseconds;
+    for (kind, weights) in fits.iter().filter(|(kind, _)| !kind.is_clustered()) {
+        let Weights { ray, node, test, error } = weights;
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "{:<14} const WEIGHTS: Weights = Weights {{ ray: {ray:.1}, node: {node:.1}, test: {test:.1} }}; // +-{:.0}%",
-            fit.kind.family(),
-            fit.error * 100.0
+            kind.family(),
+            error * 100.0
         );
     }
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn weights_are_found_again() {
-        let truth = [150.0, 20.0, 9.0];
-        let counts = [[1.0, 5.0, 10.0], [1.0, 20.0, 3.0], [1.0, 8.0, 40.0], [1.0, 2.0, 2.0]];
-        let rows = counts.map(|row: [f64; 3]| {
-            let time: f64 = row.iter().zip(truth).map(|(n, w)| n * w).sum();
-            row.map(|n| n / time)
-        });
-        let (weights, error) = least_squares(&rows);
-        assert!(error < 1e-9);
-        assert!(weights.iter().zip(truth).all(|(found, known)| (found - known).abs() < 1e-6));
-    }
-
-    #[test]
-    fn no_weight_is_below_zero() {
-        // The more nodes, the less time: nodes get no weight.
-        let (weights, _) = least_squares(&[[1.0, 1.0, 0.1], [1.2, 0.5, 0.1], [0.8, 2.0, 0.1]]);
-        assert!(weights.iter().all(|weight| *weight >= 0.0));
-    }
 }

@@ -104,7 +104,7 @@ pub fn run(model: &Model, effort: &Effort, progress: Tick<'_>) -> anyhow::Result
             .take(1 + TIMED)
             .map(|(place, choice)| (place, &mut choice.measured))
             .unzip();
-        let times = clock(&mut timed, &workload, effort.repetitions * MORE_OFTEN);
+        let times = clock(&mut timed, &workload, effort.repetitions * MORE_OFTEN, &|| {});
         let others = places.iter().zip(&times).skip(1);
         let ratios = others.map(|(place, other)| (place - 1, median_ratio(&times[0], other)));
         let fastest = ratios.max_by(|a, b| a.1.total_cmp(&b.1));

@@ -6,9 +6,10 @@
 //! growth       the same kind of scene, larger and larger
 //! separation   each index and its hierarchy on clusters that move apart
 //! levels       the automatic level or resolution against all others
-//! calibration  time of a ray, a node and a test: the weights of the automatic selection
+//! weights      time of a ray, a node and a test, fitted to measurements
+//! calibration  the weights of the automatic selection
 //! counters     figures that are the same on every machine
-//! paper        the paper's figure 3 and tables 1 to 3
+//! paper        the paper's figure 3 and tables 1 to 3, as printed and otherwise
 //! ```
 
 pub mod calibration;
@@ -19,3 +20,4 @@ pub mod levels;
 pub mod paper;
 pub mod peers;
 pub mod separation;
+pub mod weights;

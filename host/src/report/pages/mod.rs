@@ -2,6 +2,9 @@
 
 mod compare;
 mod paper;
+mod paper_equal_bytes;
+mod paper_figure3;
+mod paper_tables;
 mod paper_words;
 mod peers;
 pub mod peers_table;

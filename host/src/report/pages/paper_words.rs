@@ -1,6 +1,8 @@
-//! Sentences about our tables and the paper's: what agrees, what differs, and why.
+//! Sentences about the tables of equal bytes and the paper's: what agrees, what differs, and why.
 
-use crate::studies::paper::tables::{DEEP_GAIN, LAST_LEVEL_OF_GRIDS, LevelRow, SceneTable};
+use crate::studies::paper::equal_bytes_tables::{
+    DEEP_GAIN, LAST_LEVEL_OF_GRIDS, LevelRow, SceneTable,
+};
 
 /// Says whether a gain is at least the paper's.
 pub fn verdict(gain: f64, published: f64) -> &'static str {
@@ -19,7 +21,7 @@ pub fn differences(tables: &[SceneTable]) -> Vec<String> {
         format!(
             "{}: against grids of the same size {}; against grids as large as octrees with pointers {}. The paper: grids \
              win levels 1 to {LAST_LEVEL_OF_GRIDS}, then octrees, by up to {DEEP_GAIN}%.",
-            table.published.label,
+            table.printed.label,
             who_wins(table, LevelRow::gain),
             who_wins(table, LevelRow::pointer_gain),
         )
@@ -63,7 +65,7 @@ pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
             "{}, level {}: {:.1} nodes and {:.1} tests a ray in the octrees; {:.1} and {:.1} in grids of the same size; {:.1} \
              and {:.1} in grids {factor:.1} times as large. {} Level {}: \
              {:.0} tests in the octrees, {:.0} in grids of the same size, {:.0} in large grids.",
-            table.published.label,
+            table.printed.label,
             last.level,
             last.octree.nodes_per_ray(),
             last.octree.tests_per_ray(),
@@ -102,7 +104,7 @@ fn first_level(tables: &[SceneTable]) -> String {
     let gains = |gain: fn(&LevelRow) -> f64| {
         let rows = tables.iter().filter_map(|table| Some((table, table.rows.first()?)));
         let each: Vec<String> = rows
-            .map(|(table, row)| format!("{} {:+.0}%", table.published.label, gain(row)))
+            .map(|(table, row)| format!("{} {:+.0}%", table.printed.label, gain(row)))
             .collect();
         each.join(", ")
     };

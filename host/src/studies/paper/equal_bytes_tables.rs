@@ -1,4 +1,5 @@
-//! The paper's tables 1 to 3: octree hierarchies against grid hierarchies of the same size, level by level.
+//! Tables 1 to 3 with grids of our own choice: octree hierarchies against grid hierarchies of the same bytes, level by
+//! level. [`super::protocol`] has the grids that the paper prints.
 //!
 //! The size of an octree depends on how it is stored, and the paper does not say how. There are two grids for each
 //! octree: one as large as our octree, which stores what is not empty, and one as large as the same
@@ -9,56 +10,19 @@ use arboleda::{IndexKind, Statistics};
 use rayon::prelude::*;
 
 use super::equal_bytes::grid_of_bytes;
+use super::printed::{PrintedTable, crossover};
 use crate::bench::measurement::{Measurement, build, measure, verified_workload};
 use crate::bench::plan::{Case, Effort};
 use crate::bench::progress::Tick;
 use crate::bench::summary::gain_percent;
 use crate::scene::{Model, builtin};
 
-/// The octree levels of the paper's tables.
-pub const LEVELS: std::ops::RangeInclusive<u32> = 1..=8;
+/// The octree levels of the paper's tables. Leaves have up to 12 triangles, so most trees end before the highest.
+pub const LEVELS: std::ops::RangeInclusive<u32> = 1..=11;
 /// The paper's tables have the grids ahead up to this level, and the octrees beyond.
 pub const LAST_LEVEL_OF_GRIDS: u32 = 3;
 /// The most that octrees save at deep levels in the paper's tables, in percent.
 pub const DEEP_GAIN: f64 = 65.0;
-
-/// Scene of figure 4, and the best times that the paper gives for it.
-#[derive(Clone, Copy, Debug)]
-pub struct Published {
-    /// The built-in scene.
-    pub scene: &'static str,
-    /// Name in the paper.
-    pub label: &'static str,
-    /// The best octree hierarchy, in seconds.
-    pub octree_seconds: f64,
-    /// The best grid hierarchy, in seconds.
-    pub grid_seconds: f64,
-}
-
-impl Published {
-    /// Compares the best with the best: the time saved, in percent.
-    pub fn gain(&self) -> f64 {
-        gain_percent(self.octree_seconds, self.grid_seconds)
-    }
-}
-
-const fn published(
-    scene: &'static str,
-    label: &'static str,
-    octree_seconds: f64,
-    grid_seconds: f64,
-) -> Published {
-    Published { scene, label, octree_seconds, grid_seconds }
-}
-
-/// Aguilera et al., tables 1 to 3.
-pub const PUBLISHED: [Published; 5] = [
-    published("fig4a", "4(a)", 51.55, 70.25),
-    published("fig4b", "4(b)", 45.18, 65.53),
-    published("fig4c", "4(c)", 44.97, 63.12),
-    published("fig4d", "4(d)", 33.39, 47.02),
-    published("fig4e", "4(e)", 97.05, 95.92),
-];
 
 /// Level of a table.
 pub struct LevelRow {
@@ -113,8 +77,8 @@ impl LevelRow {
 
 /// Table of one scene.
 pub struct SceneTable {
-    /// Figures of the paper.
-    pub published: Published,
+    /// The paper's table.
+    pub printed: &'static PrintedTable,
     /// Clusters of the scene.
     pub cluster_count: u32,
     /// Each level, from the lowest, until the tree stops changing.
@@ -157,8 +121,7 @@ impl SceneTable {
 
     /// Finds the lowest level from which on a gain is always above 0.
     pub fn crossover(&self, gain: fn(&LevelRow) -> f64) -> Option<u32> {
-        let ahead = self.rows.iter().rev().take_while(|row| gain(row) > 0.0);
-        ahead.last().map(|row| row.level)
+        crossover(self.rows.iter().map(|row| (row.level, gain(row))))
     }
 }
 
@@ -167,10 +130,12 @@ fn time(measurement: &Measurement) -> f64 {
     measurement.microseconds_per_photon()
 }
 
+/// Steps of a level: the search for the grids, and the measurements of the three.
+const STEPS_A_LEVEL: u64 = 4;
+
 /// Counts the steps of `progress` for one scene.
 pub fn steps() -> u64 {
-    // The search for the grids, and the measurements of the three.
-    4 * LEVELS.count() as u64
+    STEPS_A_LEVEL * LEVELS.count() as u64
 }
 
 /// Fills the table of one scene.
@@ -178,11 +143,11 @@ pub fn steps() -> u64 {
 /// # Errors
 /// If two indices do not agree.
 pub fn run(
-    published: Published,
+    printed: &'static PrintedTable,
     effort: &Effort,
     progress: Tick<'_>,
 ) -> anyhow::Result<SceneTable> {
-    let model = builtin::require(published.scene)?;
+    let model = builtin::require(printed.scene)?;
     let workload = verified_workload(&model, effort)?;
 
     // 1. The grids of the octrees' sizes. Nothing is timed yet, so all processors may search.
@@ -191,23 +156,22 @@ pub fn run(
         .par_iter()
         .map(|&level| {
             let plan = LevelPlan::at(&model, level)?;
-            progress();
+            let steps = if plan.is_some() { 1 } else { STEPS_A_LEVEL };
+            (0..steps).for_each(|_| progress());
             Ok(plan)
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
 
     // 2. The clock, level by level, so that what is compared is measured side by side.
-    let mut table = SceneTable { published, cluster_count: 0, rows: Vec::new() };
-    for (&level, plan) in levels.iter().zip(plans) {
+    let mut table = SceneTable { printed, cluster_count: 0, rows: Vec::new() };
+    for (level, plan) in levels.into_iter().zip(plans) {
+        let Some(plan) = plan else { continue };
         let measured = measure(&model, &plan.cases, &workload, effort, progress)?;
         let [octree, grid, pointer_grid] =
             <[Measurement; 3]>::try_from(measured).ok().context("three cases were measured")?;
         table.cluster_count = octree.cluster_count;
-        // A tree that may be deeper but is not is the one before.
-        if octree.deepest_level == level {
-            let pointer_bytes = plan.pointer_bytes;
-            table.rows.push(LevelRow { level, octree, grid, pointer_bytes, pointer_grid });
-        }
+        let pointer_bytes = plan.pointer_bytes;
+        table.rows.push(LevelRow { level, octree, grid, pointer_bytes, pointer_grid });
     }
     Ok(table)
 }
@@ -220,14 +184,18 @@ struct LevelPlan {
 }
 
 impl LevelPlan {
-    fn at(model: &Model, level: u32) -> anyhow::Result<Self> {
+    /// Finds the grids of a level; none if the octrees that may be so deep are not.
+    fn at(model: &Model, level: u32) -> anyhow::Result<Option<Self>> {
         let octree = Case::at_level(IndexKind::OctreeHierarchy, level);
         let built = build(model, &octree, &[])?;
         let index = built.index();
+        if index.check()?.deepest_level < level {
+            return Ok(None);
+        }
         let wanted = built.bytes() - size_of_val(model.triangles.as_slice());
         let pointer_bytes = pointer_octree_bytes(&index.check()?, index.sections().cluster_count());
         let (grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, wanted)?;
         let (pointer_grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, pointer_bytes)?;
-        Ok(Self { cases: [octree, grid, pointer_grid], pointer_bytes })
+        Ok(Some(Self { cases: [octree, grid, pointer_grid], pointer_bytes }))
     }
 }
