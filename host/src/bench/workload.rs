@@ -108,18 +108,13 @@ impl Workload {
         self
     }
 
-    /// Maps every ray to another, and asks `index` for the closest hits; leaves out occlusion rays.
+    /// Maps every ray to one of another scene in which it has the same hit; leaves out occlusion rays.
     ///
     /// # Errors
     /// The first of `map`.
-    pub fn mapped<E>(
-        &self,
-        index: &(dyn RayIndex + Sync),
-        map: impl Fn(&Ray) -> Result<Ray, E>,
-    ) -> Result<Self, E> {
+    pub fn mapped<E>(&self, map: impl Fn(&Ray) -> Result<Ray, E>) -> Result<Self, E> {
         let rays = self.rays.iter().map(map).collect::<Result<Vec<Ray>, E>>()?;
-        let hits = rays.iter().map(|ray| index.closest_hit(ray).unwrap_or(Hit::NONE)).collect();
-        Ok(Self { rays, hits, ends: self.ends.clone(), ..Self::default() })
+        Ok(Self { rays, hits: self.hits.clone(), ends: self.ends.clone(), ..Self::default() })
     }
 
     /// Aims rays from inside a closed mesh at points of its edges and at its corners: for every mode the same. The

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 
 use super::arguments::MeasureArguments;
 use super::output::{bytes, count, say, table};
@@ -15,7 +16,7 @@ use crate::report::pages::{PaperEvidence, paper_page};
 use crate::studies::paper::equal_bytes_tables::{self, SceneTable};
 use crate::studies::paper::figure3::{self, Figure3};
 use crate::studies::paper::figure3_apart::{self, ApartRow};
-use crate::studies::paper::printed::PRINTED;
+use crate::studies::paper::printed::{PRINTED, PrintedTable};
 use crate::studies::paper::protocol::{self, LEAF_CAPACITIES, ProtocolTable};
 use crate::studies::paper::table_file::write_tables;
 use crate::studies::paper::verdict::{Costs, Verdict};
@@ -36,9 +37,13 @@ const SECONDS: [f64; 2] = [0.1, 0.002];
 pub struct Paper {
     #[command(flatten)]
     measure: MeasureArguments,
-    /// Measure 100 photons once: a look at every table, whose times mean little
+    /// Measure 100 photons once, and leave out the tables by bytes and the study `separation`: for a look, since its times
+    /// mean little
     #[arg(long, conflicts_with_all = ["photons", "repetitions"])]
     quick: bool,
+    /// Only these scenes of tables 1 to 3, separated by commas: fig4a to fig4e
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = scene_names())]
+    scenes: Vec<String>,
     /// Write the page index.html, tables.csv and paper.csv to this folder, also with the study `separation`, on at most
     /// 30,000 photons. tables.csv has a line for each scene, level and leaf capacity of tables 1 to 3; nodes and tests are
     /// per ray, bytes beside the triangles
@@ -46,12 +51,20 @@ pub struct Paper {
     out: Option<PathBuf>,
 }
 
-/// All measurements but the study `separation`.
+/// Accepts the names of the scenes of tables 1 to 3.
+fn scene_names() -> PossibleValuesParser {
+    PossibleValuesParser::new(PRINTED.iter().map(|printed| printed.scene))
+}
+
+/// All measurements.
 struct Evidence {
     tables: Vec<ProtocolTable>,
+    /// Empty with `--quick`.
     equal_bytes: Vec<SceneTable>,
     figure3: Figure3,
     apart: Vec<ApartRow>,
+    /// Empty with `--quick`, and where no page is asked for.
+    separation: Vec<SeparationRow>,
 }
 
 impl Paper {
@@ -64,7 +77,11 @@ impl Paper {
             make_folder(folder)?;
         }
         let effort = self.effort();
-        let evidence = measure(&effort)?;
+        let mut evidence = self.measure(&effort)?;
+        if self.out.is_some() && !self.quick {
+            let photons = effort.photons.min(SEPARATION_PHOTONS);
+            evidence.separation = separation::measure(&Effort { photons, ..effort })?;
+        }
         let costs = Costs::fit(&evidence.tables);
         for table in &evidence.tables {
             print_table(table, &costs);
@@ -89,26 +106,58 @@ impl Paper {
         }
     }
 
-    /// Writes the page and the files.
-    fn write(&self, folder: &Path, effort: &Effort, evidence: &Evidence) -> anyhow::Result<()> {
-        let photons = effort.photons.min(SEPARATION_PHOTONS);
-        let separation = separation::measure(&Effort { photons, ..*effort })?;
+    /// Measures everything but the study `separation`, with a bar.
+    fn measure(&self, effort: &Effort) -> anyhow::Result<Evidence> {
+        let own = Effort { share: Share::Own, ..*effort };
+        let is_asked = |printed: &&PrintedTable| {
+            self.scenes.is_empty() || self.scenes.iter().any(|name| name == printed.scene)
+        };
+        let printed: Vec<&PrintedTable> = PRINTED.iter().filter(is_asked).collect();
+        let by_bytes = if self.quick { &[] } else { printed.as_slice() };
+        let steps = printed.iter().map(|printed| protocol::steps(printed, effort)).sum::<u64>()
+            + by_bytes.len() as u64 * equal_bytes_tables::steps()
+            + figure3::steps()
+            + figure3_apart::steps();
+        with_bar(steps, "paper", |progress| {
+            let tables = printed.iter().map(|printed| protocol::run(printed, effort, progress));
+            let tables = tables.collect::<anyhow::Result<_>>()?;
+            let equal_bytes =
+                by_bytes.iter().map(|printed| equal_bytes_tables::run(printed, effort, progress));
+            Ok(Evidence {
+                tables,
+                equal_bytes: equal_bytes.collect::<anyhow::Result<_>>()?,
+                figure3: figure3::run(&own, progress)?,
+                apart: figure3_apart::run(effort, progress)?,
+                separation: Vec::new(),
+            })
+        })
+    }
 
-        let mut recorder = Recorder::new(effort.seed);
-        record(&mut recorder, evidence, &separation);
-        let command = if self.quick {
+    /// Writes the command line that repeats the measurement.
+    fn command(&self) -> String {
+        let mut command = if self.quick {
             "arboleda paper --quick".to_owned()
         } else {
             self.measure.command("paper")
         };
+        if !self.scenes.is_empty() {
+            command += &format!(" --scenes {}", self.scenes.join(","));
+        }
+        command
+    }
+
+    /// Writes the page and the files.
+    fn write(&self, folder: &Path, effort: &Effort, evidence: &Evidence) -> anyhow::Result<()> {
+        let mut recorder = Recorder::new(effort.seed);
+        record(&mut recorder, evidence);
         let page = PaperEvidence {
             tables: &evidence.tables,
             equal_bytes: &evidence.equal_bytes,
             figure3: &evidence.figure3,
             apart: &evidence.apart,
-            separation: &separation,
+            separation: &evidence.separation,
             provenance: recorder.provenance(),
-            command: &command,
+            command: &self.command(),
         };
         let [index, tables, all] =
             ["index.html", "tables.csv", "paper.csv"].map(|name| folder.join(name));
@@ -125,28 +174,8 @@ impl Paper {
     }
 }
 
-/// Measures everything but the study `separation`, with a bar.
-fn measure(effort: &Effort) -> anyhow::Result<Evidence> {
-    let own = Effort { share: Share::Own, ..*effort };
-    let printed: u64 = PRINTED.iter().map(|printed| protocol::steps(printed, effort)).sum();
-    let equal_bytes = PRINTED.len() as u64 * equal_bytes_tables::steps();
-    let steps = printed + equal_bytes + figure3::steps() + figure3_apart::steps();
-    with_bar(steps, "paper", |progress| {
-        let tables = PRINTED.iter().map(|printed| protocol::run(printed, effort, progress));
-        let tables = tables.collect::<anyhow::Result<_>>()?;
-        let equal_bytes =
-            PRINTED.iter().map(|printed| equal_bytes_tables::run(printed, effort, progress));
-        Ok(Evidence {
-            tables,
-            equal_bytes: equal_bytes.collect::<anyhow::Result<_>>()?,
-            figure3: figure3::run(&own, progress)?,
-            apart: figure3_apart::run(effort, progress)?,
-        })
-    })
-}
-
 /// Adds all measurements to the records.
-fn record(recorder: &mut Recorder, evidence: &Evidence, separation: &[SeparationRow]) {
+fn record(recorder: &mut Recorder, evidence: &Evidence) {
     for table in &evidence.tables {
         for row in &table.rows {
             recorder.add("tables 1 to 3", table.printed.scene, &row.octrees);
@@ -162,7 +191,7 @@ fn record(recorder: &mut Recorder, evidence: &Evidence, separation: &[Separation
     recorder.add("figure 3", "fig3", &evidence.figure3.hierarchy);
     recorder.add("figure 3", "fig3", &evidence.figure3.single);
     for row in &evidence.apart {
-        let scene = format!("fig3 at {} sizes", row.gap);
+        let scene = format!("fig3 at {:.1} sizes", row.gap);
         let pair = [row.hierarchy.figures.clone(), row.cube.figures.clone()];
         recorder.add("figure 3 apart", &scene, &pair);
         if let Some(over_box) = &row.over_box {
@@ -170,7 +199,7 @@ fn record(recorder: &mut Recorder, evidence: &Evidence, separation: &[Separation
             recorder.add("figure 3 apart", &scene, std::slice::from_ref(&over_box.figures));
         }
     }
-    separation::record(recorder, separation);
+    separation::record(recorder, &evidence.separation);
 }
 
 fn print_table(table_of: &ProtocolTable, costs: &Costs) {
@@ -247,7 +276,7 @@ fn print_apart(rows: &[ApartRow]) {
             _ => (String::new(), String::new()),
         };
         lines.add_row([
-            count(u64::from(row.gap)),
+            format!("{:.1}", row.gap),
             row.cube.figures.deepest_level.to_string(),
             format!("{:.1}%", row.cube_gain()),
             level,

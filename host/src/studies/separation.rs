@@ -51,18 +51,31 @@ pub struct Gains {
 }
 
 /// Makes figure 3 with the clusters at another distance; there is a light above each.
-///
-/// # Panics
-/// Never: figure 3 is not empty.
 pub fn clusters_apart(gap: u32) -> Model {
+    let mut model = clusters_shifted(cluster_size() * (gap as f32 + 1.0));
+    model.name = format!("fig3 apart {gap}");
+    model
+}
+
+/// Returns the size of a cluster of figure 3 along x, y and z.
+pub fn cluster_size() -> f32 {
+    let extent = left_cluster(&paper::fig3()).1.extent();
+    extent[0] as f32
+}
+
+/// Returns the triangles of the left cluster of figure 3, and their box.
+fn left_cluster(figure3: &Model) -> (&[Triangle], Aabb) {
+    let left = &figure3.triangles[..figure3.triangles.len() / 2];
+    (left, left.iter().fold(Aabb::EMPTY, |all, triangle| all.union(triangle.bounds())))
+}
+
+/// Makes figure 3 with the second cluster a copy of the first, so much further along x; there is a light above each.
+pub fn clusters_shifted(shift: f32) -> Model {
     let original = paper::fig3();
-    let half = original.triangles.len() / 2;
-    let left = &original.triangles[..half];
-    let bounds = left.iter().fold(Aabb::EMPTY, |all, triangle| all.union(triangle.bounds()));
+    let (left, bounds) = left_cluster(&original);
     let side = bounds.hi.x - bounds.lo.x;
-    let shift = Vec3::X * (side * (gap as f32 + 1.0));
-    let mut model = Model::named(format!("fig3 apart {gap}"));
-    for (name, offset) in [("left", Vec3::ZERO), ("right", shift)] {
+    let mut model = Model::named(format!("fig3 shifted {shift}"));
+    for (name, offset) in [("left", Vec3::ZERO), ("right", Vec3::X * shift)] {
         let moved = |t: &Triangle| Triangle::new(t.a + offset, t.b + offset, t.c + offset);
         model.add_object(name, left.iter().map(moved), original.reflectance[0]);
         let centre = bounds.centre().with_z(bounds.hi.z + 1.0) + offset;

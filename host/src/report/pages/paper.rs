@@ -17,13 +17,13 @@ use crate::studies::separation::SeparationRow;
 pub struct PaperEvidence<'e> {
     /// Tables 1 to 3 as printed.
     pub tables: &'e [ProtocolTable],
-    /// Tables 1 to 3 with grids of equal bytes.
+    /// Tables 1 to 3 with grids of equal bytes; without any, their section is left out.
     pub equal_bytes: &'e [SceneTable],
     /// Measurements of figure 3.
     pub figure3: &'e Figure3,
     /// Octrees of figure 3 with its clusters at other distances.
     pub apart: &'e [ApartRow],
-    /// All indices of figure 3 with its clusters at other distances.
+    /// All indices of figure 3 with its clusters at other distances; without any, their section is left out.
     pub separation: &'e [SeparationRow],
     /// Machine, compiler and commit of the measurements.
     pub provenance: &'e Provenance,
@@ -46,9 +46,13 @@ pub fn paper_page(evidence: &PaperEvidence<'_>) -> Page {
     );
     page.note(&format!("{}. {}", evidence.command, evidence.provenance.line()));
     tables_section(&mut page, evidence.tables);
-    equal_bytes_section(&mut page, evidence.equal_bytes);
+    if !evidence.equal_bytes.is_empty() {
+        equal_bytes_section(&mut page, evidence.equal_bytes);
+    }
     figure3_section(&mut page, evidence.figure3, evidence.apart);
-    separation_section(&mut page, evidence.separation);
+    if !evidence.separation.is_empty() {
+        separation_section(&mut page, evidence.separation);
+    }
     page
 }
 

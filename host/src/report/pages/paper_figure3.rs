@@ -98,10 +98,10 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
         label: label.to_owned(),
         colour,
         stroke: Stroke::Solid,
-        points: apart.iter().filter_map(|row| Some((f64::from(row.gap), gain(row)?))).collect(),
+        points: apart.iter().filter_map(|row| Some((row.gap, gain(row)?))).collect(),
     };
     let ends = apart.first().zip(apart.last());
-    let ends = ends.map(|(first, last)| [first, last].map(|row| f64::from(row.gap)));
+    let ends = ends.map(|(first, last)| [first, last].map(|row| row.gap));
     let published = Series {
         label: format!("the paper's {PUBLISHED_GAIN}%"),
         colour: 2,
@@ -122,7 +122,7 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
         ],
     }]);
     let cells = |row: &ApartRow| {
-        let mut cells = vec![number(f64::from(row.gap))];
+        let mut cells = vec![number(row.gap)];
         let tree = |one: &Finished| {
             let unfinished = if one.largest_leaf > 12 { "*" } else { "" };
             vec![
@@ -166,12 +166,12 @@ fn outcome(apart: &[ApartRow]) -> String {
              the clusters they are those of the hierarchy, whatever the distance; a ray only pays the way down from the \
              root, {:.1} nodes instead of {:.1}, because an empty cell is not a node here.",
             last.cube_gain(),
-            number(f64::from(last.gap)),
+            number(last.gap),
             last.cube.figures.nodes_per_ray(),
             last.hierarchy.figures.nodes_per_ray(),
         ));
     }
-    let same_level: Vec<(u32, f64)> = apart
+    let same_level: Vec<(f64, f64)> = apart
         .iter()
         .filter_map(|row| {
             let level = row.over_box.as_ref()?.figures.deepest_level;
@@ -183,7 +183,7 @@ fn outcome(apart: &[ApartRow]) -> String {
     match met(apart) {
         Some(row) => said.push(format!(
             "{ended} The paper's gain is met at {} sizes, with {:.0}%.",
-            number(f64::from(row.gap)),
+            number(row.gap),
             row.box_gain().unwrap_or(f64::NAN)
         )),
         None => said.push(format!("{ended} The paper's gain is not met.")),
@@ -191,7 +191,7 @@ fn outcome(apart: &[ApartRow]) -> String {
     for (gap, gain) in same_level {
         said.push(format!(
             "At {} sizes it needs the paper's level {SINGLE_LEVEL}, and the gain is {gain:.0}%.",
-            number(f64::from(gap))
+            number(gap)
         ));
     }
     said.join(" ")

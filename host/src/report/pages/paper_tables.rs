@@ -54,7 +54,7 @@ fn best(page: &mut Page, tables: &[ProtocolTable]) {
             table.cluster_count.to_string(),
             format!("{:.2} at {}", octree.octree_seconds, octree.level),
             format!("{:.2} at {}", grid.grid_seconds, grid.grid),
-            signed_percent(printed.best_gain()),
+            format!("{:+.2}%", printed.best_gain()),
             level(printed.crossover()),
         ];
         for (at, (best, crossover)) in table.best()?.iter().zip(table.crossovers()).enumerate() {
@@ -154,7 +154,7 @@ fn gains(page: &mut Page, table: &ProtocolTable, costs: &Costs) {
             grid.to_string(),
             format!("{octree_seconds:.2}"),
             format!("{grid_seconds:.2}"),
-            signed_percent(gain_percent),
+            format!("{gain_percent:+.2}%"),
             seconds_per_million(&row.grid),
         ];
         for (which, (octree, gain)) in row.octrees.iter().zip(row.gains()).enumerate() {

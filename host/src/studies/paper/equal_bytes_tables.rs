@@ -9,7 +9,7 @@ use anyhow::Context;
 use arboleda::{IndexKind, Statistics};
 use rayon::prelude::*;
 
-use super::equal_bytes::grid_of_bytes;
+use super::equal_bytes::{TOLERANCE, grid_of_bytes};
 use super::printed::{PrintedTable, crossover};
 use crate::bench::measurement::{Measurement, build, measure, verified_workload};
 use crate::bench::plan::{Case, Effort};
@@ -17,7 +17,8 @@ use crate::bench::progress::Tick;
 use crate::bench::summary::gain_percent;
 use crate::scene::{Model, builtin};
 
-/// The octree levels of the paper's tables. Leaves have up to 12 triangles, so most trees end before the highest.
+/// The octree levels of the paper's tables. Leaves have up to 12 triangles, so the trees stop growing before
+/// the highest; the levels at which they do not grow are left out.
 pub const LEVELS: std::ops::RangeInclusive<u32> = 1..=11;
 /// The paper's tables have the grids ahead up to this level, and the octrees beyond.
 pub const LAST_LEVEL_OF_GRIDS: u32 = 3;
@@ -150,22 +151,24 @@ pub fn run(
     let model = builtin::require(printed.scene)?;
     let workload = verified_workload(&model, effort)?;
 
-    // 1. The grids of the octrees' sizes. Nothing is timed yet, so all processors may search.
+    // 1. The octrees, until they stop growing, and the grids of their sizes. Nothing is timed yet, so all processors may
+    // build and search.
     let levels: Vec<u32> = LEVELS.collect();
-    let plans = levels
-        .par_iter()
-        .map(|&level| {
-            let plan = LevelPlan::at(&model, level)?;
-            let steps = if plan.is_some() { 1 } else { STEPS_A_LEVEL };
-            (0..steps).for_each(|_| progress());
-            Ok(plan)
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
+    let octrees = levels.par_iter().map(|&level| LevelOctree::at(&model, level));
+    let octrees = octrees.collect::<anyhow::Result<Vec<_>>>()?;
+    let growing = LevelOctree::growing(&octrees);
+    let skipped = (octrees.len() - growing.len()) as u64 * STEPS_A_LEVEL;
+    (0..skipped).for_each(|_| progress());
+    let plans = growing.par_iter().map(|octree| {
+        let plan = octree.plan(&model)?;
+        progress();
+        Ok((octree.level, plan))
+    });
+    let plans = plans.collect::<anyhow::Result<Vec<_>>>()?;
 
     // 2. The clock, level by level, so that what is compared is measured side by side.
     let mut table = SceneTable { printed, cluster_count: 0, rows: Vec::new() };
-    for (level, plan) in levels.into_iter().zip(plans) {
-        let Some(plan) = plan else { continue };
+    for (level, plan) in plans {
         let measured = measure(&model, &plan.cases, &workload, effort, progress)?;
         let [octree, grid, pointer_grid] =
             <[Measurement; 3]>::try_from(measured).ok().context("three cases were measured")?;
@@ -183,19 +186,37 @@ struct LevelPlan {
     pointer_bytes: usize,
 }
 
-impl LevelPlan {
-    /// Finds the grids of a level; none if the octrees that may be so deep are not.
-    fn at(model: &Model, level: u32) -> anyhow::Result<Option<Self>> {
-        let octree = Case::at_level(IndexKind::OctreeHierarchy, level);
-        let built = build(model, &octree, &[])?;
+/// Octree hierarchy of one level, by its sizes.
+struct LevelOctree {
+    level: u32,
+    case: Case,
+    /// Bytes beside the triangles.
+    bytes: usize,
+    pointer_bytes: usize,
+}
+
+impl LevelOctree {
+    fn at(model: &Model, level: u32) -> anyhow::Result<Self> {
+        let case = Case::at_level(IndexKind::OctreeHierarchy, level);
+        let built = build(model, &case, &[])?;
         let index = built.index();
-        if index.check()?.deepest_level < level {
-            return Ok(None);
-        }
-        let wanted = built.bytes() - size_of_val(model.triangles.as_slice());
+        let bytes = built.bytes() - size_of_val(model.triangles.as_slice());
         let pointer_bytes = pointer_octree_bytes(&index.check()?, index.sections().cluster_count());
-        let (grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, wanted)?;
-        let (pointer_grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, pointer_bytes)?;
-        Ok(Some(Self { cases: [octree, grid, pointer_grid], pointer_bytes }))
+        Ok(Self { level, case, bytes, pointer_bytes })
+    }
+
+    /// Returns the levels up to the last that takes noticeably more bytes than the one before it.
+    fn growing(octrees: &[Self]) -> &[Self] {
+        let grows = |pair: &[Self]| pair[1].bytes as f64 > pair[0].bytes as f64 * (1.0 + TOLERANCE);
+        let last = octrees.windows(2).rposition(grows).map_or(0, |place| place + 1);
+        &octrees[..octrees.len().min(last + 1)]
+    }
+
+    /// Finds the grids.
+    fn plan(&self, model: &Model) -> anyhow::Result<LevelPlan> {
+        let (grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, self.bytes)?;
+        let (pointer_grid, _) = grid_of_bytes(IndexKind::GridHierarchy, model, self.pointer_bytes)?;
+        let cases = [self.case.clone(), grid, pointer_grid];
+        Ok(LevelPlan { cases, pointer_bytes: self.pointer_bytes })
     }
 }

@@ -11,11 +11,14 @@
 //!               the shapes of all cells: long along x, flat in y and z        |[]   |    |    |  []|
 //! ```
 //! The core has no octree over a box. An octree over a cube visits, in a scene stretched along y and z until its box is a
-//! cube, with rays stretched alike, the cells that an octree over the box visits in the scene itself; but for the rounding
-//! of the stretched coordinates. So that is what is measured, and its answers are compared with those of another index in
-//! the stretched scene.
+//! cube, with rays stretched alike, the cells that an octree over the box visits in the scene itself. So that is what is
+//! measured. The factor is a power of two, which rounds nothing: hits keep their triangle, `t`, `u` and `v` bit for bit,
+//! and that is checked. The scene is 0.3 sizes of a cluster shorter than the power of two, so the root is so much longer
+//! than its box. If it were as long, cells and clusters would begin at the same planes at each level, which is the best of
+//! all cases for an octree, and no more likely than any.
 
-use arboleda::{AnyIndex, IndexKind, Options, Ray, RayError, Triangle, Vec3};
+use anyhow::Context;
+use arboleda::{AnyIndex, IndexKind, Ray, RayError, Triangle, Vec3};
 
 use super::figure3::PUBLISHED_GAIN;
 use crate::TimedIndex;
@@ -27,11 +30,13 @@ use crate::bench::progress::Tick;
 use crate::bench::summary::gain_percent;
 use crate::bench::workload::Workload;
 use crate::scene::Model;
-use crate::studies::separation::clusters_apart;
+use crate::studies::separation::{cluster_size, clusters_shifted};
 
-/// Gaps between the clusters, as a multiple of their size. The figure of the built-in scene is 10.3. From level 7 to 12,
-/// which an octree over the box needs between 10 and 350, each level has a gap.
-pub const GAPS: [u32; 11] = [1, 3, 10, 30, 50, 100, 200, 350, 500, 1_000, 10_000];
+/// Lengths of the scene, as a multiple of the clusters' size, but for [`SHORTER`]. The figure of the built-in scene is
+/// 11.3 long.
+const LENGTHS: [u16; 10] = [4, 8, 16, 32, 64, 128, 256, 512, 1_024, 8_192];
+/// What the scene is shorter, 0.3 sizes of a cluster. All coordinates are multiples of 1/8, and exact.
+const SHORTER: f32 = 21.0 / 8.0;
 /// The highest level that the core allows.
 const HIGHEST: u32 = 20;
 
@@ -47,7 +52,7 @@ pub struct Finished {
 /// Measurements at one gap, on the same photons.
 pub struct ApartRow {
     /// The gap, as a multiple of the clusters' size.
-    pub gap: u32,
+    pub gap: f64,
     /// An octree in each cluster.
     pub hierarchy: Finished,
     /// One octree, over a cube that holds the scene.
@@ -80,7 +85,7 @@ pub fn met(rows: &[ApartRow]) -> Option<&ApartRow> {
 
 /// Counts the steps of `progress`.
 pub fn steps() -> u64 {
-    GAPS.len() as u64
+    LENGTHS.len() as u64
 }
 
 /// Measures all gaps.
@@ -89,19 +94,19 @@ pub fn steps() -> u64 {
 /// If two indices do not agree.
 pub fn run(effort: &Effort, progress: Tick<'_>) -> anyhow::Result<Vec<ApartRow>> {
     let mut rows: Vec<ApartRow> = Vec::new();
-    for gap in GAPS {
+    for length in LENGTHS {
         let with_box = met(&rows).is_none();
-        rows.push(measure(gap, with_box, effort)?);
+        rows.push(measure(length, with_box, effort)?);
         progress();
     }
     Ok(rows)
 }
 
-fn measure(gap: u32, with_box: bool, effort: &Effort) -> anyhow::Result<ApartRow> {
+fn measure(length: u16, with_box: bool, effort: &Effort) -> anyhow::Result<ApartRow> {
     // 1. The scene and its photons, and the same stretched.
-    let model = clusters_apart(gap);
+    let (model, gap) = scene(length);
     let workload = verified_workload(&model, effort)?;
-    let stretched = if with_box { Some(stretch(&model, &workload)?) } else { None };
+    let stretched = if with_box { Some(stretch(&model, length, &workload)?) } else { None };
 
     // 2. Build.
     let [hierarchy, octree] =
@@ -132,7 +137,7 @@ fn measure(gap: u32, with_box: bool, effort: &Effort) -> anyhow::Result<ApartRow
     let mut finished = counted.into_iter().map(finished);
     let mut next = || finished.next();
     let pair = next().zip(next());
-    let (hierarchy, cube) = pair.ok_or_else(|| anyhow::anyhow!("two cases were measured"))?;
+    let (hierarchy, cube) = pair.context("two cases were measured")?;
     Ok(ApartRow { gap, hierarchy, cube, over_box: next() })
 }
 
@@ -140,57 +145,61 @@ fn largest_leaf(index: &AnyIndex<'_>) -> anyhow::Result<u32> {
     Ok(index.check()?.largest_leaf)
 }
 
-/// Stretches a model until its box is a cube, and the rays of its photons alike.
+/// Makes the scene of a length, and returns the gap between its clusters as a multiple of their size.
+fn scene(length: u16) -> (Model, f64) {
+    let size = cluster_size();
+    let shift = size * (f32::from(length) - 1.0) - SHORTER;
+    (clusters_shifted(shift), f64::from(shift / size) - 1.0)
+}
+
+/// Stretches a model by its length along y and z, until its box is a cube, and the rays of its photons alike; hits stay
+/// the same.
 ///
 /// # Errors
-/// If a stretched ray is none, or the stretched model cannot be indexed.
-fn stretch(model: &Model, workload: &Workload) -> anyhow::Result<(Model, Workload)> {
-    let [x, y, z] = model.bounds().extent();
-    let longest = x.max(y).max(z);
-    let by = [x, y, z].map(|side| if side > 0.0 { (longest / side) as f32 } else { 1.0 });
-    let by = Vec3::from_array(by);
+/// If a stretched ray is none.
+fn stretch(model: &Model, length: u16, workload: &Workload) -> Result<(Model, Workload), RayError> {
+    let by = Vec3::new(1.0, f32::from(length), f32::from(length));
     let mut stretched = model.clone();
     stretched.name = format!("{}, stretched", model.name);
     for t in &mut stretched.triangles {
         *t = Triangle::new(t.a * by, t.b * by, t.c * by);
     }
-    let ray = |ray: &Ray| -> Result<Ray, RayError> {
+    let ray = |ray: &Ray| {
         let (origin, direction) = (ray.origin() * by, ray.direction() * by);
         Ray::with_interval(origin, direction, ray.t_min(), ray.t_max())
     };
-    let guide = TimedIndex::build(IndexKind::WideBvh, &stretched.scene(), &Options::default())?;
-    let workload = workload.mapped(guide.index().as_ray_index(), ray)?;
-    Ok((stretched, workload))
+    Ok((stretched, workload.mapped(ray)?))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::bench::plan::Share;
+    use crate::scene::test_support::cluster_counts;
+    use arboleda::Options;
 
     const EFFORT: Effort =
         Effort { photons: 200, repetitions: 1, seconds: 0.01, share: Share::Common, seed: 1 };
 
     #[test]
-    fn a_stretched_scene_fills_a_cube() {
-        let model = clusters_apart(3);
-        let workload = Workload::of_photons(&model, 50, 1).unwrap();
-        let (stretched, mapped) = stretch(&model, &workload).unwrap();
-        let [x, y, z] = stretched.bounds().extent();
-        assert!((y / x - 1.0).abs() < 1e-6 && (z / x - 1.0).abs() < 1e-6);
-        // A stretch moves a point of a triangle with the triangle: most hits keep triangle and `t`.
-        let same = workload.hits.iter().zip(&mapped.hits);
-        let same = same.filter(|(a, b)| a.triangle == b.triangle && (a.t - b.t).abs() < 1e-3);
-        assert!(same.count() * 100 >= workload.hits.len() * 99);
+    fn a_stretched_scene_fills_a_cube_but_for_a_third_of_a_cluster() {
+        for length in LENGTHS {
+            let (model, gap) = scene(length);
+            let (stretched, _) = stretch(&model, length, &Workload::default()).unwrap();
+            let [x, y, z] = stretched.bounds().extent();
+            assert!(y == z && y - x == f64::from(SHORTER), "length {length}");
+            assert!((f64::from(length) - 2.3 - gap).abs() < 0.01, "gap {gap}");
+            assert_eq!(cluster_counts(&model.scene(), &Options::default()).0, 2);
+        }
     }
 
     #[test]
     fn each_octree_has_the_level_it_needs() {
-        for (gap, cube, over_box) in [(1, 8, 5), (10, 10, 7)] {
-            let row = measure(gap, true, &EFFORT).unwrap();
+        for (length, cube, over_box) in [(4, 8, 5), (16, 10, 7)] {
+            let row = measure(length, true, &EFFORT).unwrap();
             let long = row.over_box.as_ref().unwrap();
             let levels = [&row.hierarchy, &row.cube, long].map(|one| one.figures.deepest_level);
-            assert_eq!(levels, [3, cube, over_box], "gap {gap}");
+            assert_eq!(levels, [3, cube, over_box], "length {length}");
             assert!([&row.hierarchy, &row.cube, long].iter().all(|one| one.largest_leaf <= 12));
             assert_eq!(row.cube.figures.photons, long.figures.photons);
         }

@@ -228,7 +228,7 @@ mod tests {
         assert!(hopeless.reason.unwrap().contains("120 ns are for the ray and its tests"));
         // 2,170 against 1,110 ns, by tests.
         let cube = verdict(&row(3, 8, -14.0, [3, 200], [3, 100]));
-        assert_eq!(cube.words(), "same sign, 34 less");
+        assert_eq!(cube.words(), "same sign, 35 less");
         assert!(cube.reason.unwrap().contains("begins with a cube"));
         let fine = verdict(&row(2, 5, -14.0, [3, 200], [3, 100]));
         assert!(
