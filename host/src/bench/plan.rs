@@ -43,7 +43,7 @@ impl Case {
     #[must_use]
     pub fn with_leaves_of(mut self, capacity: u32) -> Self {
         self.options.leaf_capacity = capacity;
-        self.setting += &format!(", leaves of {capacity}");
+        self.setting = format!("{}, leaves of {capacity}", self.setting);
         self
     }
 }

@@ -77,6 +77,7 @@ impl Paper {
             make_folder(folder)?;
         }
         let effort = self.effort();
+        log::info!("this takes about {}", format_args!("{:.0} s", self.estimated_seconds(&effort)));
         let mut evidence = self.measure(&effort)?;
         if self.out.is_some() && !self.quick {
             let photons = effort.photons.min(SEPARATION_PHOTONS);
@@ -135,15 +136,27 @@ impl Paper {
 
     /// Writes the command line that repeats the measurement.
     fn command(&self) -> String {
-        let mut command = if self.quick {
+        let command = if self.quick {
             "arboleda paper --quick".to_owned()
         } else {
             self.measure.command("paper")
         };
-        if !self.scenes.is_empty() {
-            command += &format!(" --scenes {}", self.scenes.join(","));
+        match self.scenes.as_slice() {
+            [] => command,
+            scenes => format!("{command} --scenes {}", scenes.join(",")),
         }
-        command
+    }
+
+    /// Estimates the seconds of the run, from runs on one core of a Xeon: builds and searches of grids, which do not
+    /// depend on the photons, and repetitions, which do up to the time that one may take.
+    fn estimated_seconds(&self, effort: &Effort) -> f64 {
+        let scenes = if self.scenes.is_empty() { PRINTED.len() } else { self.scenes.len() } as f64;
+        if self.quick {
+            return 10.0 + 12.0 * scenes;
+        }
+        let rounds = effort.repetitions as f64 * (effort.photons as f64 / 30_000.0).min(2.0);
+        let separation = if self.out.is_some() { 40.0 } else { 0.0 };
+        scenes * (25.0 + 2.0 * rounds) + 20.0 + 2.0 * rounds + separation
     }
 
     /// Writes the page and the files.

@@ -91,7 +91,7 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
         "Figure 3 again, with the clusters closer and further apart, each tree at the level at which no leaf has more than \
          12 triangles. The paper saves up to {PUBLISHED_GAIN}%, with a single octree of level {SINGLE_LEVEL}. It does not say \
          how far the clusters are apart, nor whether the single octree begins with a cube or with the box of the scene; its \
-         picture shows a long box. Both are measured. {}",
+         picture suggests the box. Both are measured. {}",
         outcome(apart)
     ));
     let line = |label: &str, colour, gain: fn(&ApartRow) -> Option<f64>| Series {
@@ -163,8 +163,8 @@ fn outcome(apart: &[ApartRow]) -> String {
     if let Some(last) = apart.last() {
         said.push(format!(
             "Against an octree that begins with a cube the gain stays small: {:.0}% at {} sizes. Its cells stay cubes, so in \
-             the clusters they are those of the hierarchy, whatever the distance; a ray only pays the way down from the \
-             root, {:.1} nodes instead of {:.1}, because an empty cell is not a node here.",
+             the clusters they are like those of the hierarchy, whatever the distance; a ray only pays the way down from \
+             the root, {:.1} nodes instead of {:.1}, because an empty cell is not a node here.",
             last.cube_gain(),
             number(last.gap),
             last.cube.figures.nodes_per_ray(),

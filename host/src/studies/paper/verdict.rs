@@ -110,7 +110,7 @@ fn reason(row: &ProtocolRow, octree: &Measurement, costs: &Costs, points: f64) -
     let (cells, grid_tests) = (grid.nodes_per_ray(), grid.tests_per_ray());
     let wanted = wanted(nanoseconds(grid), printed.gain_percent);
     let of_tests = costs.octree.ray + tests * costs.octree.test;
-    let allowed = (wanted - of_tests) / nodes;
+    let (allowed, node) = ((wanted - of_tests) / nodes, costs.octree.node);
     let counted = format!(
         "{nodes:.1} nodes and {tests:.1} tests a ray against {cells:.1} cells and {grid_tests:.1} tests"
     );
@@ -118,10 +118,11 @@ fn reason(row: &ProtocolRow, octree: &Measurement, costs: &Costs, points: f64) -
         let excess = (tests - grid_tests) * costs.octree.test;
         let missing = nanoseconds(octree) - wanted;
         if tests > grid_tests * MORE_TESTS && excess > missing * 0.5 {
-            return format!("{counted}: {}", larger_cells(printed.level, printed.grid));
+            let capacity = octree.case.options.leaf_capacity;
+            return format!("{counted}: {}", larger_cells(printed.level, printed.grid, capacity));
         }
         return if allowed > 0.0 {
-            format!("{counted}: a node would have to take {allowed:.0} ns")
+            format!("{counted}: a node would have to take {allowed:.0} ns, not {node:.0}")
         } else {
             format!(
                 "{counted}: not even a node that takes no time would do, {of_tests:.0} ns are for the ray and its tests"
@@ -136,17 +137,21 @@ fn reason(row: &ProtocolRow, octree: &Measurement, costs: &Costs, points: f64) -
             "{counted}: by these {gain:+.0}%, but grids of {megabytes:.0} MB leave the caches"
         );
     }
-    if allowed > costs.octree.node {
-        return format!("{counted}: the paper's gain would be that of nodes of {allowed:.0} ns");
+    if allowed > node {
+        return format!(
+            "{counted}: with the paper's gain a node would take {allowed:.0} ns, not {node:.0}"
+        );
     }
     format!("{counted}: the octrees take {:.0} ns, less than counted", nanoseconds(octree))
 }
 
 /// Writes why octrees test more triangles than grids.
-fn larger_cells(level: u32, grid: u32) -> String {
+fn larger_cells(level: u32, grid: u32, leaf_capacity: u32) -> String {
     let cells = 1_u32 << level;
     if grid > cells {
         format!("the grid has {grid} cells an axis, the octree at most {cells}")
+    } else if grid < cells && leaf_capacity > 1 {
+        format!("the octree does not divide cells of {leaf_capacity} triangles, the grid does")
     } else {
         "the octree begins with a cube, the grid divides the box of the cluster, so its cells are smaller".to_owned()
     }
@@ -222,7 +227,7 @@ mod tests {
         // 320 against 400 ns; the paper's octrees would take 200, which leaves (200 - 20 - 100) / 4 for a node.
         let slow_nodes = verdict(&row(6, 29, 50.0, [4, 10], [6, 20]));
         assert_eq!(slow_nodes.words(), "same sign, 30 less");
-        assert!(slow_nodes.reason.unwrap().ends_with("a node would have to take 20 ns"));
+        assert!(slow_nodes.reason.unwrap().ends_with("a node would have to take 20 ns, not 50"));
         // The paper's octrees would take 80 ns, and the tests alone take 120.
         let hopeless = verdict(&row(6, 29, 80.0, [4, 10], [6, 20]));
         assert!(hopeless.reason.unwrap().contains("120 ns are for the ray and its tests"));
@@ -237,6 +242,6 @@ mod tests {
         // The paper's octrees would take 800 ns: (800 - 120) / 4.
         let faster = verdict(&row(6, 29, -50.0, [4, 10], [6, 20]));
         assert_eq!(faster.words(), "other sign, 70 more");
-        assert!(faster.reason.unwrap().ends_with("that of nodes of 170 ns"));
+        assert!(faster.reason.unwrap().ends_with("a node would take 170 ns, not 50"));
     }
 }
