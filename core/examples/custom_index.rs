@@ -80,14 +80,14 @@ impl LocalIndex for Slabs {
         let axis = longest_axis(&local.bounds);
         for (number, slab) in local.words.chunks(STRIDE).enumerate() {
             let [lo, hi, ids @ ..] = slab else { break };
-            let [lo, hi] = [*lo, *hi].map(|bits| f64::from(f32::from_bits(bits)));
+            let [lo, hi] = [*lo, *hi].map(f32::from_bits);
             // `between` is never too narrow; a slab behind the closest hit so far need not be entered.
             let part = ray.between(axis, lo, hi, span);
-            if part.is_empty() || part.from > query.last() {
+            if part.is_empty() || part.from > ray.last(query.last_t()) {
                 continue;
             }
             query.enter();
-            local.test((number * STRIDE + 2) as u32, ids.len() as u32, query)?;
+            local.test((number * STRIDE + 2) as u32, ids.len() as u32, ray, query)?;
         }
         ControlFlow::Continue(())
     }

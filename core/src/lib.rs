@@ -94,6 +94,7 @@ mod indices;
 mod input;
 mod memory;
 mod query;
+mod simd;
 mod structure;
 
 /// Seal of the traits that only types of this crate implement, so that methods can be added to them, and an index can

@@ -73,6 +73,7 @@ fn options(input: &mut Unstructured<'_>) -> arbitrary::Result<Options> {
     Ok(Options {
         leaf_capacity: input.int_in_range(1..=40_u32)?,
         level,
+        least_side: *input.choose(&[0.0, 1.0 / 3.0, 1.0])?,
         proximity: *input.choose(&[0.0, 1e-6, 0.25, 0.5, 2.0, 1e6, f32::MAX])?,
         size_classes: input.int_in_range(1..=4_u32)?,
         resolution,

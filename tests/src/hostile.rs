@@ -1,7 +1,7 @@
 //! Checks of hostile index bytes, which no build wrote.
 //!
 //! `from_bytes` may refuse such bytes. If it accepts them, every query must end, read only inside the bytes, and do no
-//! more work than there are words.
+//! more work than there are bits.
 
 use arboleda::{AnyIndex, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray, Triangle, Vec3};
 
@@ -12,7 +12,7 @@ use crate::{parallel, rays, scenes};
 /// the bytes.
 ///
 /// # Panics
-/// If a query panics, or does more work than there are words.
+/// If a query panics, or does more work than there are bits.
 pub fn is_harmless(bytes: &Built, rays: &[Ray]) -> usize {
     is_harmless_beside(bytes, None, rays)
 }
@@ -20,11 +20,12 @@ pub fn is_harmless(bytes: &Built, rays: &[Ray]) -> usize {
 /// Checks bytes as [`is_harmless`] does, optionally beside a mesh.
 ///
 /// # Panics
-/// If a query panics, or does more work than there are words.
+/// If a query panics, or does more work than there are bits.
 pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -> usize {
     let bytes = bytes.bytes();
-    // Each node and each reference takes at least a word; nodes of the cluster tree take nine.
-    let most = bytes.len() as u64 / 4;
+    // A cell of a grid takes a bit. Each other node, and each reference, takes at least a word; nodes of the cluster
+    // tree take nine.
+    let most = bytes.len() as u64 * 8;
     let mut accepted = 0;
     for &kind in IndexKind::ALL {
         let index = match mesh {
@@ -100,8 +101,8 @@ pub fn some_rays(triangles: &[Triangle]) -> Vec<Ray> {
 
 fn assert_bounded(kind: IndexKind, counters: &Counters, most: u64) {
     let name = kind.name();
-    assert!(counters.nodes_visited <= most, "{name}: {counters:?} in {most} words");
-    assert!(counters.triangle_tests <= most, "{name}: {counters:?} in {most} words");
+    assert!(counters.nodes_visited <= most, "{name}: {counters:?} in {most} bits");
+    assert!(counters.triangle_tests <= most, "{name}: {counters:?} in {most} bits");
 }
 
 /// Forges an index: replaces the local index of a valid index of one cluster by `words`.

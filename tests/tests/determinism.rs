@@ -19,12 +19,12 @@ const ANSWERS: u64 = 0x26c5_5cfd_5d28_b3f9;
 /// Digest of the index bytes of each kind, by name.
 const INDEX_BYTES: &[(&str, u64)] = &[
     ("linear", 0xfff0_5021_2d98_9325),
-    ("octree", 0xace1_5e14_79ff_d65d),
-    ("octree-hierarchy", 0xc056_f736_1202_2515),
+    ("octree", 0x1d15_97e3_466b_1b1c),
+    ("octree-hierarchy", 0x8e7b_3489_9644_2eb3),
     ("octree-r", 0x0044_1e02_6ee2_1e48),
     ("octree-r-hierarchy", 0x26cd_1dee_240d_ad4e),
-    ("uniform-grid", 0x1e47_6a6c_8383_5466),
-    ("grid-hierarchy", 0xf98d_1ad0_c99b_52de),
+    ("uniform-grid", 0x97aa_1ec5_91ce_a4df),
+    ("grid-hierarchy", 0x1164_b539_2ab5_4f00),
     ("kd-tree", 0xa8ce_9608_d25c_8ba7),
     ("kd-tree-hierarchy", 0x0650_7b9f_1c1e_7487),
     ("bsp-tree", 0x8da2_a343_cdc7_0ec3),

@@ -106,7 +106,13 @@ fn one_cluster() -> Options {
 #[test]
 fn forged_octrees_are_refused() {
     const LEAF: u32 = 1 << 31;
+    const AXES: u32 = 0x700;
     let triangles = scenes::lattice(9, 2, 5);
+    let is_accepted = |words: &[u32]| {
+        let valid = Built::new(IndexKind::Octree, &Scene::new(&triangles), &one_cluster());
+        let forged = with_words(&valid.expect("one cluster"), words);
+        IndexKind::Octree.from_bytes(forged.bytes()).is_ok()
+    };
     let refused = |what: &str, words: &[u32]| {
         for kind in [IndexKind::Octree, IndexKind::OctreeHierarchy] {
             let valid =
@@ -117,17 +123,49 @@ fn forged_octrees_are_refused() {
         }
     };
     refused("nothing", &[]);
-    refused("a root that is its own child", &[1, 0b1, 1]);
-    refused("a child that is the root's link", &[1, 0b1, 0]);
-    refused("two children that are one", &[1, 0b11, LEAF | 4, LEAF | 4, 1, 0]);
-    refused("a link past the end", &[1, 0b1, LEAF | 99]);
-    refused("a node without children", &[1, 0]);
-    refused("nine children", &[1, 0x1ff, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
+    refused("a root that is its own child", &[1, AXES | 0b1, 1]);
+    refused("a child that is the root's link", &[1, AXES | 0b1, 0]);
+    refused("two children that are one", &[1, AXES | 0b11, LEAF | 4, LEAF | 4, 1, 0]);
+    refused("a link past the end", &[1, AXES | 0b1, LEAF | 99]);
+    refused("a node without children", &[1, AXES]);
+    refused("a node that divides no axis", &[1, 0b1, LEAF | 3, 1, 0]);
+    refused("a node that divides a fourth axis", &[1, 0x801, LEAF | 3, 1, 0]);
     refused("a leaf without triangles", &[LEAF | 1, 0]);
     refused("a leaf that is longer than the index", &[LEAF | 1, 3, 0, 1]);
     refused("the longest leaf", &[LEAF | 1, u32::MAX, 0]);
     refused("a triangle that does not exist", &[LEAF | 1, 1, 9]);
     refused("words left over", &[LEAF | 1, 1, 0, 0]);
+    assert!(is_accepted(&[1, AXES | 0b1, LEAF | 3, 1, 0]), "a node with one leaf");
+}
+
+/// Forged words of a grid are refused. The core's `indices/grid/mod.rs` describes the format.
+#[test]
+fn forged_grids_are_refused() {
+    let triangles = scenes::lattice(9, 2, 5);
+    let opened = |words: &[u32]| {
+        let valid = Built::new(IndexKind::UniformGrid, &Scene::new(&triangles), &one_cluster());
+        let forged = with_words(&valid.expect("one cluster"), words);
+        IndexKind::UniformGrid.from_bytes(forged.bytes()).map(|_| ())
+    };
+    let refused = |what: &str, words: &[u32]| {
+        let error = opened(words).err();
+        assert!(matches!(error, Some(OpenError::Malformed { .. })), "{what}: {error:?}");
+    };
+    // Two cells, both full: cells, full cells, mask, rank, firsts and the end, ids.
+    opened(&[2, 1, 1, 2, 0b11, 0, 0, 1, 3, 5, 5, 6]).expect("what the format says");
+    refused("nothing", &[]);
+    refused("no cells", &[0, 1, 1, 0, 0]);
+    refused("more cells than an axis may have", &[65_537, 1, 1, 1, 0b1, 0, 0, 1, 5]);
+    refused("more cells than a number holds", &[65_536, 65_536, 65_536, 1, 0b1, 0, 0, 1, 5]);
+    refused("a cell beyond the last", &[2, 1, 1, 3, 0b111, 0, 0, 1, 2, 3, 5, 5, 6]);
+    refused("another number of full cells", &[2, 1, 1, 1, 0b11, 0, 0, 1, 3, 5, 5, 6]);
+    refused("another rank", &[2, 1, 1, 2, 0b11, 1, 0, 1, 3, 5, 5, 6]);
+    refused("a full cell without references", &[2, 1, 1, 2, 0b11, 0, 0, 0, 3, 5, 5, 6]);
+    refused("references in another order", &[2, 1, 1, 2, 0b11, 0, 0, 4, 3, 5, 5, 6]);
+    refused("references past the end", &[2, 1, 1, 2, 0b11, 0, 0, 1, 4, 5, 5, 6]);
+    refused("the last reference", &[2, 1, 1, 2, 0b11, 0, 0, 1, u32::MAX, 5, 5, 6]);
+    refused("a triangle that does not exist", &[2, 1, 1, 2, 0b11, 0, 0, 1, 3, 5, 5, 9]);
+    refused("words left over", &[2, 1, 1, 2, 0b11, 0, 0, 1, 3, 5, 5, 6, 0]);
 }
 
 /// Damaged words of a wide BVH with upper nodes are refused. The core's `indices/wide/full/mod.rs` describes the
@@ -206,7 +244,7 @@ fn chain(depth: u32) -> Vec<u32> {
     for level in 0..depth {
         let child = 3 + 2 * level;
         let leaf = if level + 1 == depth { 1 << 31 } else { 0 };
-        words.extend([1, child | leaf]);
+        words.extend([0x701, child | leaf]);
     }
     if depth == 0 {
         words[0] |= 1 << 31;

@@ -17,10 +17,12 @@ const DEBUG: bool = cfg!(debug_assertions);
 fn options() -> impl Strategy<Value = Options> {
     let level = prop_oneof![Just(Level::Automatic), (0..=6_u32).prop_map(Level::AtMost)];
     let proximity = prop_oneof![Just(0.0_f32), Just(0.5), 0.0..4.0_f32];
-    (level, 1..=12_u32, proximity, 1..=4_u32).prop_map(
-        |(level, leaf_capacity, proximity, size_classes)| Options {
+    let least_side = prop_oneof![Just(0.0_f32), Just(1.0), 0.0..1.0_f32];
+    (level, 1..=12_u32, proximity, 1..=4_u32, least_side).prop_map(
+        |(level, leaf_capacity, proximity, size_classes, least_side)| Options {
             leaf_capacity,
             level,
+            least_side,
             proximity,
             size_classes,
             ..Options::default()

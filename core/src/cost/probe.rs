@@ -82,7 +82,7 @@ impl<'s> Probe<'s> {
             count += 1;
         };
         let meets = |ray: &&Ray| {
-            let ray = RaySpan::new(ray);
+            let ray = RaySpan::new(ray, bounds);
             !ray.clip(bounds, ray.whole()).is_empty()
         };
         let given = given.iter().step_by(given.len().div_ceil(MOST_EXAMINED).max(1)).filter(meets);
@@ -123,7 +123,7 @@ impl<'s> Probe<'s> {
 
 /// Shows the part of a ray that may lie in a box, if there is one.
 fn clipped(ray: &Ray, bounds: &Aabb, show: impl FnOnce(&RaySpan, Span)) {
-    let ray = RaySpan::new(ray);
+    let ray = RaySpan::new(ray, bounds);
     let span = ray.clip(bounds, ray.whole());
     if !span.is_empty() {
         show(&ray, span);

@@ -13,6 +13,8 @@
 mod aabb;
 mod box4;
 pub mod kernel;
+mod lane_filter;
+mod lane_ray;
 mod overlap;
 mod ray;
 mod span;
@@ -22,8 +24,11 @@ pub(crate) mod vector64;
 pub use aabb::Aabb;
 pub(crate) use box4::Box4;
 pub use kernel::intersect;
+pub(crate) use lane_filter::{
+    Candidates, DISTANCE, Numbers, Points, ROUNDED, SUM, longest_edges, meet_triangles,
+};
+pub(crate) use lane_ray::{LaneRay, UNDERFLOW};
 pub use overlap::may_overlap;
 pub use ray::{Ray, RayError};
-pub(crate) use span::last_parameter;
 pub use span::{AxisCrossing, RaySpan, Span};
 pub use triangle::Triangle;

@@ -1,130 +1,189 @@
 //! Conservative slab test: the part of a ray in a box or before a plane, never too narrow.
 //!
-//! # The bound
+//! ```text
+//! ray --+-- near, of usual numbers -- lanes of f32 for the three axes, with the bounds of `lane_ray`
+//!       +-- any other -------------- f64, axis by axis, rounded outwards to f32
+//! ```
+//! # The bound in `f64`
 //! Let `p` be a plane's coordinate, `o` and `d` the ray's origin and direction on that axis, and `r = 2^-53`.
-//! 1. The computed `(p - o) * (1 / d)` goes through three roundings. So it is the exact parameter times a factor
-//!    between `(1 - r)^3` and `(1 + r)^3`, however far away the origin is.
-//! 2. Nothing over- or underflows, since all inputs are `f32` or dyadic fractions of them.
-//! 3. The result is moved by 2^-50 = `8 r` of itself to either side: a multiplication by a power of two and one more
-//!    rounding. That covers the exact value.
-//!
-//! Ize 2013 (*Robust BVH Ray Traversal*) gives the like for `f32`.
-//!
-//! A reported `t` is the exact parameter rounded to `f32`, so the exact one lies between the two
-//! `f32` neighbours of `t`; the interval is widened by one `f32` on both sides.
+//! 1. The computed `(p - o) / d` goes through two roundings. So it is the exact parameter times a factor between
+//!    `(1 - r)^2` and `(1 + r)^2`, however far away the origin is.
+//! 2. Nothing over- or underflows, since all inputs are `f32`.
+//! 3. The result is moved by 2^-50 = `8 r` of itself to either side. That covers the exact value.
+//! 4. `start` is subtracted, which rounds a result at most as large as both; the margin covers that too. Then the next
+//!    `f32` beyond is taken, which covers the conversion.
 //!
 //! If `d` is 0, the ray runs along the plane: it is on the low side, on the high side, or in the plane.
+//!
+//! # Far origins
+//! Bounds that are relative to `t` say little about a scene that is small beside its distance: from a million times its
+//! size, no `f32` tells the planes of one side from those of the other. So spans count from `start`, the parameter at
+//! which such a ray enters the scene. A ray is far if its origin is more than 2^8 of the scene's longest side away from
+//! it; then bounds of 2^-21 are below 2^-13 of that side.
 
-use glam::{BVec3, Vec3};
+use glam::Vec4;
 
+use super::lane_filter::Numbers;
+use super::lane_ray::{LaneRay, UNDERFLOW};
 use super::{Aabb, Ray};
 
-/// Part of a ray, `from <= t <= to`; empty if `from > to`.
+/// Part of a ray, `from <= s <= to`; empty if `from > to`.
+///
+/// `s` is the ray's parameter `t`; if the ray comes from far away, less the `t` at which it enters the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// A lower bound on the parameter of the first point.
-    pub from: f64,
-    /// An upper bound on the parameter of the last point.
-    pub to: f64,
+    /// A lower bound on the parameter of the first point that counts.
+    pub from: f32,
+    /// An upper bound on the parameter of the last point that counts.
+    pub to: f32,
 }
 
-/// Bounds on the parameter at which a ray crosses a plane across an axis.
+/// Bounds on the parameter at which a ray crosses a plane across an axis, counted as a [`Span`] counts.
 ///
-/// The ray is on the side it comes from for all `t < earliest`, on the other for all `t > latest`.
+/// Of the points of the ray's interval, those before `earliest` are on the side that the ray comes from, those after
+/// `latest` on the other. A NaN bounds nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisCrossing {
     /// A lower bound on the parameter of the crossing.
-    pub earliest: f64,
+    pub earliest: f32,
     /// An upper bound on the parameter of the crossing.
-    pub latest: f64,
+    pub latest: f32,
 }
 
 /// Ray prepared for slab tests with many boxes.
 #[derive(Clone, Copy, Debug)]
 pub struct RaySpan {
-    origin: [f64; 3],
-    direction: [f64; 3],
-    inverse: [f64; 3],
+    lanes: LaneRay,
+    /// The parameter from which spans count; 0 if the bounds of lanes hold.
+    start: f64,
     span: Span,
-    sign_mask: usize,
-    /// The axes on which the direction is 0.
-    still: BVec3,
+    sign_mask: u32,
+    /// True if the bounds of lanes hold, and the origin is not far away.
+    is_tame: bool,
+    /// True if a component of the direction is 0.
+    is_along: bool,
 }
 
-/// Relative widening of a parameter; see "The bound" in the module's documentation.
+/// Relative widening of a parameter; see "The bound in `f64`".
 const MARGIN: f64 = 8.881_784_197_001_252e-16; // 2^-50
+/// Distance of a far origin, in sides of the scene; see "Far origins".
+const FAR: f32 = 256.0;
 
 impl RaySpan {
-    /// Prepares a ray.
-    pub fn new(ray: &Ray) -> Self {
-        let d = ray.direction().to_array();
-        let negative = |axis: usize, d: f32| usize::from(d < 0.0) << axis;
-        Self {
-            origin: ray.origin().to_array().map(f64::from),
-            direction: d.map(f64::from),
-            // 1 / 0 is never used: `crossing` tests for infinity first.
-            inverse: d.map(|d| 1.0 / f64::from(d)),
-            span: Span {
-                from: f64::from(ray.t_min().next_down()),
-                to: last_parameter(ray.t_max()),
-            },
-            sign_mask: negative(0, d[0]) | negative(1, d[1]) | negative(2, d[2]),
-            still: ray.direction().cmpeq(Vec3::ZERO),
+    /// Prepares a ray for boxes and planes inside a scene.
+    #[inline]
+    pub fn new(ray: &Ray, scene: &Aabb) -> Self {
+        let (lo, hi) = (scene.lo.extend(0.0), scene.hi.extend(0.0));
+        let (origin, largest) = (ray.origin().extend(0.0), lo.abs().larger(hi.abs()));
+        let distance = (lo - origin).larger(origin - hi).max_element();
+        if distance <= (hi - lo).max_element() * FAR
+            && let Some((lanes, is_along)) = LaneRay::of(ray, largest.max_element())
+        {
+            let sign_mask = ray.direction().extend(0.0).cmplt(Vec4::ZERO).bitmask();
+            let t_max = ray.t_max();
+            let last = if t_max < f32::MAX { t_max } else { f32::MAX };
+            let span = Span { from: ray.t_min(), to: last + UNDERFLOW };
+            return Self { lanes, start: 0.0, span, sign_mask, is_tame: true, is_along };
         }
+        Self::in_f64(ray, scene)
+    }
+
+    /// Prepares a ray for which the bounds of lanes do not hold.
+    #[cold]
+    #[inline(never)]
+    fn in_f64(ray: &Ray, scene: &Aabb) -> Self {
+        let (origin, d) = (ray.origin().extend(0.0), ray.direction().extend(0.0));
+        let lanes = LaneRay { origin: origin.to_array(), direction: d.to_array(), ..LaneRay::IDLE };
+        let span = Span { from: f32::NEG_INFINITY, to: f32::INFINITY };
+        let (sign_mask, is_along) =
+            (d.cmplt(Vec4::ZERO).bitmask(), ray.direction().to_array().contains(&0.0));
+        let mut prepared = Self { lanes, start: 0.0, span, sign_mask, is_tame: false, is_along };
+        // The first point of the scene, or of the ray, if that is later.
+        let near = |axis: usize| scene.along(axis)[prepared.sign_mask() >> axis & 1];
+        let entries = [0, 1, 2].map(|axis| prepared.bounds_of_crossing(axis, near(axis))[0]);
+        let start =
+            entries.into_iter().fold(f64::from(ray.t_min()), |a, b| if b > a { b } else { a });
+        prepared.start = if start.is_finite() { start } else { 0.0 };
+        prepared.span = Span {
+            from: prepared.rounded(f64::from(ray.t_min().next_down())).earliest,
+            to: prepared.last(ray.t_max()),
+        };
+        prepared
     }
 
     /// The whole ray.
+    #[inline]
     pub fn whole(&self) -> Span {
         self.span
     }
 
     /// The signs of the direction: bit `axis` is set if the ray runs towards smaller coordinates on that axis.
+    #[inline]
     pub fn sign_mask(&self) -> usize {
-        self.sign_mask
+        self.sign_mask as usize
+    }
+
+    /// The ray for lanes; `None` if their bounds do not hold.
+    #[inline]
+    pub(crate) fn lanes(&self) -> Option<&LaneRay> {
+        self.is_tame.then_some(&self.lanes)
+    }
+
+    /// The last parameter that counts if hits count up to `t`: hits whose parameters are rounded to `t` lie up to it.
+    /// What begins beyond need not be entered.
+    #[inline]
+    pub fn last(&self, t: f32) -> f32 {
+        if self.is_tame { t + UNDERFLOW } else { self.last_in_f64(t) }
+    }
+
+    /// The point at which the ray is at a parameter, on one axis; rounded.
+    #[inline]
+    pub(crate) fn position(&self, axis: usize, at: f32) -> f32 {
+        let (origin, direction) = self.along(axis);
+        if self.is_tame {
+            return origin + direction * at;
+        }
+        (f64::from(origin) + f64::from(direction) * (self.start + f64::from(at))) as f32
     }
 
     /// The coordinate of the origin, and the component of the direction, on one axis.
-    pub fn along(&self, axis: usize) -> (f64, f64) {
-        match axis {
-            0 => (self.origin[0], self.direction[0]),
-            1 => (self.origin[1], self.direction[1]),
-            _ => (self.origin[2], self.direction[2]),
-        }
+    #[inline]
+    pub fn along(&self, axis: usize) -> (f32, f32) {
+        (self.lanes.origin[axis % 4], self.lanes.direction[axis % 4])
     }
 
     /// Bounds the parameter at which the ray crosses the plane at coordinate `plane` of axis 0, 1 or 2.
     #[inline]
-    pub fn crossing(&self, axis: usize, plane: f64) -> AxisCrossing {
-        let (origin, inverse) = match axis {
-            0 => (self.origin[0], self.inverse[0]),
-            1 => (self.origin[1], self.inverse[1]),
-            _ => (self.origin[2], self.inverse[2]),
-        };
-        if inverse.is_infinite() {
-            // Along the plane: on its low side for all t, on its high side for all t, or in it for all t.
-            return if origin < plane {
-                AxisCrossing { earliest: f64::INFINITY, latest: f64::INFINITY }
-            } else if origin > plane {
-                AxisCrossing { earliest: f64::NEG_INFINITY, latest: f64::NEG_INFINITY }
-            } else {
-                AxisCrossing { earliest: f64::NEG_INFINITY, latest: f64::INFINITY }
-            };
+    pub fn crossing(&self, axis: usize, plane: f32) -> AxisCrossing {
+        if !self.is_tame {
+            return self.crossing_in_f64(axis, plane);
         }
-        let t = (plane - origin) * inverse;
-        let margin = t.abs() * MARGIN;
-        AxisCrossing { earliest: t - margin, latest: t + margin }
+        let distance = self.lanes.origin[axis % 4] - plane;
+        AxisCrossing {
+            earliest: distance * self.lanes.enter[axis % 4],
+            latest: distance * self.lanes.leave[axis % 4] + UNDERFLOW,
+        }
+    }
+
+    /// Bounds the parameters at which the ray crosses three planes, one across each axis: the earliest, then the
+    /// latest. The fourth number given must be 0 or NaN; the fourth lanes are NaN. Planes at NaN bound nothing.
+    #[inline]
+    pub(crate) fn crossings(&self, planes: Vec4) -> [Vec4; 2] {
+        if !self.is_tame {
+            return self.crossings_in_f64(planes);
+        }
+        let distance = Vec4::from_array(self.lanes.origin) - planes;
+        [
+            distance * Vec4::from_array(self.lanes.enter),
+            distance * Vec4::from_array(self.lanes.leave) + Vec4::splat(UNDERFLOW),
+        ]
     }
 
     /// Clips `span` to what may lie between two planes of one axis, `lo <= hi`.
     #[inline]
-    pub fn between(&self, axis: usize, lo: f64, hi: f64, span: Span) -> Span {
+    pub fn between(&self, axis: usize, lo: f32, hi: f32, span: Span) -> Span {
         let (near, far) = if self.sign_mask >> axis & 1 == 0 { (lo, hi) } else { (hi, lo) };
-        let from = self.crossing(axis, near).earliest;
-        let to = self.crossing(axis, far).latest;
-        Span {
-            from: if from > span.from { from } else { span.from },
-            to: if to < span.to { to } else { span.to },
-        }
+        span.after(self.crossing(axis, near).earliest).until(self.crossing(axis, far).latest)
     }
 
     /// Clips `span` to what may lie in a closed box.
@@ -133,13 +192,91 @@ impl RaySpan {
     /// a box lie in a plane along which the ray runs, so none of them can be hit.
     #[inline]
     pub fn clip(&self, bounds: &Aabb, span: Span) -> Span {
-        if self.still.any() && (self.still & bounds.flat_axes()).any() {
-            return Span { from: f64::INFINITY, to: f64::NEG_INFINITY };
+        self.clip_sides(bounds.lo.extend(0.0), bounds.hi.extend(0.0), span)
+    }
+
+    /// Clips as [`clip`](Self::clip) does. The fourth lane of the sides is ignored.
+    #[inline]
+    pub(crate) fn clip_sides(&self, lo: Vec4, hi: Vec4, span: Span) -> Span {
+        if self.is_along && self.is_along_flat(lo, hi) {
+            return Span { from: f32::INFINITY, to: f32::NEG_INFINITY };
         }
-        let (lo, hi) = (bounds.lo, bounds.hi);
-        let span = self.between(0, f64::from(lo.x), f64::from(hi.x), span);
-        let span = self.between(1, f64::from(lo.y), f64::from(hi.y), span);
-        self.between(2, f64::from(lo.z), f64::from(hi.z), span)
+        let downwards = Vec4::from_array(self.lanes.direction).cmplt(Vec4::ZERO);
+        let (near, far) = (Vec4::select(downwards, hi, lo), Vec4::select(downwards, lo, hi));
+        let ([enter, _], [_, leave]) = (self.crossings(near), self.crossings(far));
+        let ([x, y, z, _], [p, q, r, _]) = (enter.to_array(), leave.to_array());
+        span.after(x).after(y).after(z).until(p).until(q).until(r)
+    }
+
+    /// Tells whether a box has no extent on an axis on which the direction is 0.
+    #[cold]
+    #[inline(never)]
+    fn is_along_flat(&self, lo: Vec4, hi: Vec4) -> bool {
+        const AXES: u32 = 0b0111;
+        let still = Vec4::from_array(self.lanes.direction).cmpeq(Vec4::ZERO);
+        still.bitmask() & lo.cmpeq(hi).bitmask() & AXES != 0
+    }
+
+    /// Bounds a crossing in `f64`, without subtracting the start.
+    fn bounds_of_crossing(&self, axis: usize, plane: f32) -> [f64; 2] {
+        let (origin, direction) = self.along(axis);
+        if direction == 0.0 {
+            // Along the plane: on its low side for all t, on its high side for all t, or in it for all t.
+            return if origin < plane {
+                [f64::INFINITY; 2]
+            } else if origin > plane {
+                [f64::NEG_INFINITY; 2]
+            } else {
+                [f64::NEG_INFINITY, f64::INFINITY]
+            };
+        }
+        let t = (f64::from(plane) - f64::from(origin)) / f64::from(direction);
+        let margin = t.abs() * MARGIN;
+        [t - margin, t + margin]
+    }
+
+    /// Counts a parameter from the start: the next `f32` before it, and the next after it. What is beyond all `f32`
+    /// lies behind all hits, because a reported `t` is finite.
+    fn rounded(&self, t: f64) -> AxisCrossing {
+        let s = t - self.start;
+        let margin = (t.abs() + self.start.abs()) * MARGIN;
+        let is_beyond = t as f32 == f32::INFINITY;
+        let earliest = ((s - margin) as f32).next_down();
+        AxisCrossing {
+            earliest: if is_beyond { f32::INFINITY } else { earliest },
+            latest: ((s + margin) as f32).next_up(),
+        }
+    }
+
+    /// Bounds a crossing; see "The bound in `f64`".
+    #[cold]
+    #[inline(never)]
+    fn crossing_in_f64(&self, axis: usize, plane: f32) -> AxisCrossing {
+        let [earliest, latest] = self.bounds_of_crossing(axis, plane);
+        AxisCrossing {
+            earliest: self.rounded(earliest).earliest,
+            latest: self.rounded(latest).latest,
+        }
+    }
+
+    /// The last parameter of hits that round to `t`; see [`last`](Self::last).
+    #[cold]
+    #[inline(never)]
+    fn last_in_f64(&self, t: f32) -> f32 {
+        let last = self.rounded(f64::from(t.next_up())).latest;
+        if last < f32::MAX { last } else { f32::MAX }
+    }
+
+    /// Bounds three crossings in `f64`.
+    #[cold]
+    #[inline(never)]
+    fn crossings_in_f64(&self, planes: Vec4) -> [Vec4; 2] {
+        let planes = planes.to_array();
+        let [x, y, z] = [0, 1, 2].map(|axis| self.crossing_in_f64(axis, planes[axis % 4]));
+        [
+            Vec4::new(x.earliest, y.earliest, z.earliest, f32::NAN),
+            Vec4::new(x.latest, y.latest, z.latest, f32::NAN),
+        ]
     }
 }
 
@@ -149,11 +286,18 @@ impl Span {
     pub fn is_empty(&self) -> bool {
         self.from > self.to
     }
-}
 
-/// A bound on the exact parameters that are rounded to a `t <= t_max`; finite, as a reported `t` is.
-pub(crate) fn last_parameter(t_max: f32) -> f64 {
-    const BEYOND_MAX: f64 = 3.402_823_669_209_385e38; // 2^128
-    let next = f64::from(t_max.next_up());
-    if next < BEYOND_MAX { next } else { BEYOND_MAX }
+    /// The part from `earliest` on; the same part if that is NaN.
+    #[inline]
+    #[must_use]
+    pub fn after(self, earliest: f32) -> Self {
+        Self { from: if earliest > self.from { earliest } else { self.from }, ..self }
+    }
+
+    /// The part up to `latest`; the same part if that is NaN.
+    #[inline]
+    #[must_use]
+    pub fn until(self, latest: f32) -> Self {
+        Self { to: if latest < self.to { latest } else { self.to }, ..self }
+    }
 }

@@ -68,7 +68,7 @@ registry! {
         /// Linear scan: every triangle is tested.
         Linear = 0: Linear,
     }
-    "octree" = 2, cfg(feature = "octree"), crate::indices::cells::octant_tree::scratch_bytes {
+    "octree" = 12, cfg(feature = "octree"), crate::indices::cells::octant_tree::scratch_bytes {
         /// Octree over the whole scene.
         Octree = 1: Octree,
         /// Octree for each cluster: the paper's octree hierarchy.
@@ -80,7 +80,7 @@ registry! {
         /// Octree-R for each cluster.
         OctreeRHierarchy = 4: Clustered<OctreeR>,
     }
-    "uniform-grid" = 6, cfg(feature = "uniform-grid"), crate::indices::grid::scratch_bytes {
+    "uniform-grid" = 13, cfg(feature = "uniform-grid"), crate::indices::grid::scratch_bytes {
         /// Uniform grid over the whole scene.
         UniformGrid = 5: UniformGrid,
         /// Uniform grid for each cluster: the hierarchy of Cazals, Drettakis and Puech.

@@ -3,8 +3,8 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
-use super::ordered_traversal::walk_near_first;
-use crate::cluster::{MAX_TREE_DEPTH, NodeId, bounds_of};
+use super::ordered_traversal::{near_first, walk_near_first};
+use crate::cluster::{MAX_TREE_DEPTH, bounds_of};
 use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span};
 use crate::input::{Executor, Options, SimdLevel};
@@ -56,16 +56,17 @@ impl<L: LocalIndex> Structure for L {
     }
 
     #[inline]
-    fn traverse<Q: Query>(sections: &Sections<'_>, _: SimdLevel, query: &mut Q) {
+    fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q) {
         // Both outcomes end the traversal; the query knows the answer.
         let (ControlFlow::Continue(()) | ControlFlow::Break(())) =
-            walk::<L, Q>(sections, &RaySpan::new(query.ray()), query);
+            walk::<L, Q>(sections, simd_level, query);
     }
 
     fn check(sections: &Sections<'_>) -> Result<Statistics, u32> {
         let mut sum = Statistics::default();
         for (cluster, leaf) in (0..sections.cluster_count()).zip(sections.nodes()) {
-            sum = sum.joined(L::check(&Local::of(sections, leaf)).ok_or(cluster)?);
+            sum = sum
+                .joined(L::check(&Local::of(sections, leaf, SimdLevel::COMPILED)).ok_or(cluster)?);
         }
         Ok(sum)
     }
@@ -74,31 +75,38 @@ impl<L: LocalIndex> Structure for L {
 /// Traverses the cluster tree, and the local index of every cluster whose box the ray enters.
 ///
 /// Children whose boxes the ray meets are entered, the nearer first; of two at the same distance, the left first. A
-/// node is skipped only if it begins beyond [`Query::last`].
+/// node is skipped only if it begins beyond [`RaySpan::last`].
 ///
 /// # Source
 /// Aguilera et al., algorithms 3 and 4; nearest first is an addition.
 fn walk<L: LocalIndex, Q: Query>(
     sections: &Sections<'_>,
-    ray: &RaySpan,
+    simd_level: SimdLevel,
     query: &mut Q,
 ) -> ControlFlow<()> {
     const DEPTH: usize = MAX_TREE_DEPTH + 2;
-    let clip = |id: u32, span: Span| {
-        let node = sections.node(NodeId(id))?;
-        let span = ray.clip(&node.bounds, span);
-        (!span.is_empty()).then_some(((node, id < sections.cluster_count()), span))
-    };
-    let root = (sections.nodes().len() as u32).checked_sub(1).and_then(|id| clip(id, ray.whole()));
-    let Some(root) = root else {
+    let Some(root) = sections.nodes().last() else {
         return ControlFlow::Continue(());
     };
-    walk_near_first::<DEPTH, _, _>(root, query, |(node, is_leaf), span, query, waiting| {
-        if is_leaf {
-            return L::traverse(&Local::of(sections, node), ray, span, query);
+    let ray = &RaySpan::new(query.ray(), &root.bounds);
+    let nodes = sections.nodes();
+    let clip = |id: u32, span: Span| {
+        let node = nodes.get(id as usize)?;
+        let span = ray.clip(&node.bounds, span);
+        (!span.is_empty()).then_some((id, span))
+    };
+    let Some(root) = clip(nodes.len() as u32 - 1, ray.whole()) else {
+        return ControlFlow::Continue(());
+    };
+    walk_near_first::<DEPTH, _, _>(root, ray, query, |id, span, query| {
+        let Some(node) = nodes.get(id as usize) else {
+            return ControlFlow::Continue((None, None));
+        };
+        if id < sections.cluster_count() {
+            L::traverse(&Local::of(sections, node, simd_level), ray, span, query)?;
+            return ControlFlow::Continue((None, None));
         }
         let [left, right] = node.links.map(|id| clip(id, span));
-        waiting.enter_sorted(left, right);
-        ControlFlow::Continue(())
+        ControlFlow::Continue(near_first(left, right))
     })
 }

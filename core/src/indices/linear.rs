@@ -52,7 +52,7 @@ impl LocalIndex for Linear {
         _: Span,
         query: &mut Q,
     ) -> ControlFlow<()> {
-        local.test(0, local.words.len() as u32, query)
+        local.test_singly(query)
     }
 
     fn check(local: &Local<'_>) -> Option<Statistics> {

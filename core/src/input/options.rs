@@ -10,6 +10,7 @@ use crate::error::BuildError;
 /// |---|---|
 /// | [`leaf_capacity`](Self::leaf_capacity) | octree, octree-R, BSP tree, binned BVH; kd-tree if the level is given |
 /// | [`level`](Self::level) | octree, octree-R, kd-tree, BSP tree, binned BVH |
+/// | [`least_side`](Self::least_side) | octree |
 /// | [`proximity`](Self::proximity), [`size_classes`](Self::size_classes) | every hierarchy, in [`crate::clusters::find`] |
 /// | [`resolution`](Self::resolution) | uniform grid |
 /// | [`bvh_build`](Self::bvh_build) | BVH |
@@ -30,6 +31,12 @@ pub struct Options {
     pub leaf_capacity: u32,
     /// The highest level of a tree.
     pub level: Level,
+    /// The least side of an octree's cell that is halved, as a share of the cell's longest side; 0 to 1.
+    ///
+    /// The root cell is the box around the triangles. With 0, every side is halved on every level, so all cells have the
+    /// proportions of that box, as in the paper. With 1, only the longest sides are. The default, a third, halves long
+    /// cells until they are nearly cubes: of a flat city, an octree then takes half the steps.
+    pub least_side: f32,
     /// The largest gap within a cluster: two primitives of one size class are in one cluster if the gap between their
     /// boxes is at most `proximity` times the median box diagonal of that class. Finite and not negative.
     pub proximity: f32,
@@ -64,6 +71,7 @@ impl Options {
     pub const DEFAULT: Self = Self {
         leaf_capacity: 12,
         level: Level::Automatic,
+        least_side: 1.0 / 3.0,
         proximity: 0.5,
         size_classes: 4,
         resolution: Resolution::Automatic,
@@ -86,6 +94,9 @@ impl Options {
         }
         if matches!(self.level, Level::AtMost(level) if level > MAX_LEVEL) {
             return invalid("level", "at most 20");
+        }
+        if !(0.0..=1.0).contains(&self.least_side) {
+            return invalid("least_side", "0 to 1");
         }
         if !(self.proximity.is_finite() && self.proximity >= 0.0) {
             return invalid("proximity", "finite and not negative");

@@ -13,7 +13,7 @@ use bytemuck::{Pod, Zeroable};
 pub use counters::{Count, Counters};
 
 use crate::geometry::kernel::{self, Intersection, Meeting, Verdict, Volumes, meet, meet_exactly};
-use crate::geometry::{Ray, Triangle, last_parameter};
+use crate::geometry::{Candidates, Ray, Triangle};
 use crate::sealed::Sealed;
 
 /// Id of a triangle: its index in the scene.
@@ -71,14 +71,9 @@ pub trait Query: Sealed {
     fn enter(&mut self);
     /// The ray of the query.
     fn ray(&self) -> &Ray;
-    /// The `t` beyond which hits no longer matter. It never grows during a traversal.
+    /// The `t` beyond which hits no longer matter; see [`RaySpan::last`](crate::custom::RaySpan::last). It never grows
+    /// during a traversal.
     fn last_t(&self) -> f32;
-    /// A bound on the exact parameters that may still be rounded to [`Query::last_t`]. A node may be skipped only if it
-    /// begins beyond.
-    #[inline]
-    fn last(&self) -> f64 {
-        last_parameter(self.last_t())
-    }
     /// Counts `count` triangles as tested.
     fn count_tests(&mut self, count: u32);
     /// Receives that some triangle is surely hit. Returns `Break` if the answer is then known.
@@ -108,6 +103,19 @@ pub trait Query: Sealed {
             return ControlFlow::Continue(());
         }
         self.decide(id, triangle)
+    }
+}
+
+impl Candidates {
+    /// Tells the query if a triangle in `lanes` is surely hit. Returns the triangles in `lanes` that it has to judge.
+    // Forced: the traversal of the wide BVH is compiled for the instructions of its lanes, with all that it calls.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
+    pub(crate) fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {
+        if self.sure & lanes != 0 {
+            query.surely_hit()?;
+        }
+        ControlFlow::Continue(self.any & lanes)
     }
 }
 

@@ -49,7 +49,7 @@ pub trait Described: 'static {
 /// Spatial index over one group of triangles, written as a run of `u32` words.
 ///
 /// It need not decide anything exactly, because it shows triangles to a [`Query`], which decides. It must show every
-/// triangle that the ray hits within the span, unless the hit lies beyond [`Query::last`] at that time.
+/// triangle that the ray hits within the span, unless the hit lies beyond [`Query::last_t`] at that time.
 pub trait LocalIndex: Described {
     /// Bounds the scratch bytes that the build for a group of `triangle_count` triangles needs.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;

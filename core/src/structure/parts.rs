@@ -4,9 +4,10 @@ use core::ops::ControlFlow;
 
 use super::Sections;
 use crate::cluster::{ClusterNode, Clusters};
-use crate::geometry::{Aabb, Ray};
-use crate::input::Mesh;
-use crate::query::{Query, TriangleId};
+use crate::geometry::{Aabb, Ray, RaySpan};
+use crate::input::{Mesh, SimdLevel};
+use crate::query::Query;
+use crate::simd::{test_each, test_triangles};
 
 /// Scene that has been divided into clusters: the input of a [`Structure`](crate::custom::Structure)'s build.
 pub struct DividedScene<'a> {
@@ -53,14 +54,18 @@ pub struct Local<'a> {
     pub bounds: Aabb,
     /// The words that `build` wrote.
     pub words: &'a [u32],
+    /// The vector instructions that [`Local::test`] may use.
+    pub simd_level: SimdLevel,
 }
 
 impl<'a> Local<'a> {
-    pub(crate) fn of(sections: &Sections<'a>, leaf: &ClusterNode) -> Self {
+    #[inline]
+    pub(crate) fn of(sections: &Sections<'a>, leaf: &ClusterNode, simd_level: SimdLevel) -> Self {
         Self {
             triangles: sections.triangles(),
             bounds: leaf.bounds,
             words: sections.local_words(leaf),
+            simd_level,
         }
     }
 
@@ -70,32 +75,30 @@ impl<'a> Local<'a> {
         self.words.get(at as usize).copied().unwrap_or(0)
     }
 
-    /// Shows `query` the triangles that the `count` words from offset `first` name.
+    /// The `N` words from offset `at`; zeros if some lie past the end.
     #[inline]
-    pub fn test<Q: Query>(&self, first: u32, count: u32, query: &mut Q) -> ControlFlow<()> {
-        let first = first as usize;
-        let ids = self.words.get(first..first.saturating_add(count as usize)).unwrap_or(&[]);
-        // By reference: copying every triangle would cost a BVH 12% more instructions.
-        let Mesh::Triangles(triangles) = self.triangles else {
-            return self.test_gathered(ids, query);
-        };
-        for &id in ids {
-            if let Some(triangle) = triangles.get(id as usize) {
-                query.test(TriangleId(id), triangle)?;
-            }
-        }
-        ControlFlow::Continue(())
+    pub fn words_at<const N: usize>(&self, at: u32) -> [u32; N] {
+        let words = self.words.get(at as usize..).and_then(|rest| rest.first_chunk());
+        words.copied().unwrap_or([0; N])
     }
 
-    /// Shows triangles of an indexed mesh, gathered from its vertices.
-    #[inline(never)]
-    fn test_gathered<Q: Query>(&self, ids: &[u32], query: &mut Q) -> ControlFlow<()> {
-        for &id in ids {
-            if let Some(triangle) = self.triangles.get(id) {
-                query.test(TriangleId(id), &triangle)?;
-            }
-        }
-        ControlFlow::Continue(())
+    /// Shows `query` the triangles that the `count` words from offset `first` name, up to four at once.
+    #[inline]
+    pub fn test<Q: Query>(
+        &self,
+        first: u32,
+        count: u32,
+        ray: &RaySpan,
+        query: &mut Q,
+    ) -> ControlFlow<()> {
+        let first = first as usize;
+        let ids = self.words.get(first..first.saturating_add(count as usize)).unwrap_or(&[]);
+        test_triangles(self.triangles, ids, ray, self.simd_level, query)
+    }
+
+    /// Shows `query` the triangles that all words name, one at a time: the filter of several triangles takes no part.
+    pub(crate) fn test_singly<Q: Query>(&self, query: &mut Q) -> ControlFlow<()> {
+        test_each(self.triangles, self.words, query)
     }
 
     /// Tells whether the `count` words from offset `first` exist and are ids of triangles.

@@ -16,7 +16,7 @@ use arrayvec::ArrayVec;
 use super::IndexKind;
 use crate::cost::for_each_ray;
 use crate::error::BuildError;
-use crate::geometry::{Ray, RaySpan};
+use crate::geometry::{Aabb, Ray, RaySpan};
 use crate::input::{Options, Scene, Sequential};
 use crate::query::Counters;
 use budget::{Budget, BuildCost};
@@ -303,8 +303,11 @@ fn try_candidate(
             index.closest_hit_counted(ray, &mut counters);
             return;
         };
-        let span = RaySpan::new(ray);
-        if root.is_some_and(|root| !span.clip(&root.bounds, span.whole()).is_empty()) {
+        let meets = |bounds: &Aabb| {
+            let ray = RaySpan::new(ray, bounds);
+            !ray.clip(bounds, ray.whole()).is_empty()
+        };
+        if root.is_some_and(|root| meets(&root.bounds)) {
             counters.nodes_visited += 1;
             counters.triangle_tests += scene.triangles().len() as u64;
         }

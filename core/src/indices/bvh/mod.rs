@@ -19,8 +19,10 @@ mod insertion;
 
 use core::ops::ControlFlow;
 
+use glam::Vec4;
+
 use super::depth_first::{CheckedNode, check_depth_first, check_leaf};
-use super::ordered_traversal::walk_near_first;
+use super::ordered_traversal::{near_first, walk_near_first};
 use crate::Vec3;
 use crate::cost::{Weights, half_area};
 use crate::error::BuildError;
@@ -150,17 +152,21 @@ impl LocalIndex for Bvh {
     ) -> ControlFlow<()> {
         const DEPTH: usize = MAX_DEPTH as usize + 2;
         let root = (local.word(0), span);
-        walk_near_first::<DEPTH, _, _>(root, query, |link, span, query, waiting| {
+        walk_near_first::<DEPTH, _, _>(root, ray, query, |link, span, query| {
             let offset = link & !LEAF;
             if link & LEAF != 0 {
-                return local.test(offset + 1, local.word(offset), query);
+                local.test(offset + 1, local.word(offset), ray, query)?;
+                return ControlFlow::Continue((None, None));
             }
-            let child = |offset: u32| {
-                let span = ray.clip(&bounds_at(local, offset), span);
-                (!span.is_empty()).then(|| (local.word(offset + CHILD_WORDS - 1), span))
+            let node: [u32; INNER_WORDS as usize] = local.words_at(offset);
+            let child = |first: usize| {
+                let number = |at: usize| f32::from_bits(node[first + at]);
+                let lo = Vec4::new(number(0), number(1), number(2), number(3));
+                let hi = Vec4::new(number(3), number(4), number(5), number(6));
+                let span = ray.clip_sides(lo, hi, span);
+                (!span.is_empty()).then_some((node[first + 6], span))
             };
-            waiting.enter_sorted(child(offset), child(offset + CHILD_WORDS));
-            ControlFlow::Continue(())
+            ControlFlow::Continue(near_first(child(0), child(CHILD_WORDS as usize)))
         })
     }
 

@@ -2,15 +2,14 @@
 //!
 //! ```text
 //! words:  root: a link; then the nodes in depth-first order
-//! inner:  child mask | the planes, if stored | link to each present child, by octant
+//! inner:  child mask, and a bit for each axis that is divided | the planes, if stored | link to each present child
 //! leaf:   count      | id id id ...
 //! link:   offset of the node, the highest bit set for a leaf
 //! ```
 //! - Octant bit 0 is set for the upper half in x, bit 1 in y, bit 2 in z.
 //! - An axis may be left undivided; its bit is then 0 in all children.
-//! - The root cell is a cube at the lower corner of the group's box. So cells stay cubes where they are halved, and a
-//!   flat group lies on one face of the cube rather than in the middle.
-//! - Build and traversal compute or store the same planes, so a cell is the same closed box for both.
+//! - The root cell is the group's box.
+//! - Build and traversal compute or store the same planes in `f32`, so a cell is the same closed box for both.
 //!
 //! # Invariants
 //! Every point of a triangle lies in a leaf cell in which the triangle is filed. By induction from the root, let a
@@ -31,6 +30,8 @@
 //!    grow with the level.
 //! 3. Where crossings of several planes are too close to tell their order, all cells that may come next are visited,
 //!    not one.
+//! 4. The part of the ray in each of the eight octants is computed at once, in lanes, instead of the next octant again
+//!    and again.
 //!
 //! Cells are visited in the order of their octants with flipped bits, which is front to back.
 
@@ -38,14 +39,15 @@ use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
 use arrayvec::ArrayVec;
+use glam::{Vec4, Vec4Swizzles};
 
 use super::cell_lists::{Filing, LEAF, List, Lists, Placement, most_references};
 use super::tree_cell::Cell;
 use crate::cost::{best_level, search_steps};
 use crate::error::BuildError;
-use crate::geometry::{AxisCrossing, RaySpan, Span, Triangle, may_overlap};
+use crate::geometry::{Numbers, RaySpan, Span, Triangle, may_overlap};
 use crate::indices::depth_first::{CheckedNode, check_depth_first, check_leaf};
-use crate::input::{CostModel, Level, MAX_LEVEL, Options};
+use crate::input::{Level, MAX_LEVEL, Options};
 use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
@@ -68,25 +70,30 @@ pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> u
     Lists::scratch_bytes(triangle_count, levels_at_most(options))
 }
 
-/// Plane across each axis; `None` for an undivided axis.
+/// Plane across each axis, a number that `f32` holds; `None` for an undivided axis.
 pub type Planes = [Option<f64>; 3];
+
+/// The bits of an inner node's first word that say which axes are divided.
+pub(super) const AXES: u32 = 0b111 << AXES_SHIFT;
+pub(super) const AXES_SHIFT: u32 = 8;
 
 /// Policy that chooses where cells are divided.
 pub trait OctantPolicy: 'static {
-    /// The bits of an inner node's first word that say which axes are divided; 0 if all always are.
-    const AXES: u32;
+    /// True if nodes store their planes; if false, planes follow from the cell.
+    const STORES_PLANES: bool;
     /// The number of looks at each triangle that choosing planes takes.
     const LOOKS: u64;
 
     /// Chooses the planes for a cell that holds some triangles, strictly inside it; all `None` for a leaf.
-    fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes;
+    fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, options: &Options) -> Planes;
 
-    /// Computes or reads the planes of an inner node, as `choose` gave them.
-    fn planes(local: &Local<'_>, offset: u32, head: u32, cell: &Cell) -> Planes;
+    /// Computes or reads the planes of an inner node, as `choose` gave them; NaN for an undivided axis. The cell is
+    /// given by its corners.
+    fn planes(local: &Local<'_>, offset: u32, head: u32, cell: (Vec4, Vec4)) -> Vec4;
 
     /// The number of words that the planes take in a node with this first word.
     fn stored(head: u32) -> u32 {
-        (head & Self::AXES).count_ones()
+        if Self::STORES_PLANES { (head & AXES).count_ones() } else { 0 }
     }
 }
 
@@ -108,7 +115,7 @@ where
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
         let mut lists = Lists::new(group, levels_at_most(options), scratch)?;
-        let (root, model) = (Cell::root(&group.bounds), options.cost_model());
+        let (root, model) = (Cell::of(&group.bounds), options.cost_model());
         let most_references = most_references(group.ids.len(), options);
         let mut attempt = |most_level: u32, words: &mut Words<'_>| {
             Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
@@ -139,22 +146,39 @@ where
         query: &mut Q,
     ) -> ControlFlow<()> {
         let mut stack = ArrayVec::<Frame, LEVELS>::new();
-        let root = Cell::root(&local.bounds);
-        Self::enter(local, ray, span, query, local.word(0), root, &mut stack)?;
+        let root = local.bounds;
+        let mut cell = (root.lo.extend(0.0), root.hi.extend(0.0));
+        let (mut link, mut span) = (local.word(0), span);
         loop {
-            let Some(frame) = stack.last_mut() else {
-                return ControlFlow::Continue(());
-            };
-            let Some((octant, span)) = frame.next(ray.sign_mask() as u32) else {
-                stack.pop();
-                continue;
-            };
-            if span.from > query.last() {
-                continue;
+            // 1. Enter a node: test the triangles of a leaf, or push the frame of an inner node.
+            query.enter();
+            let offset = link & !LEAF;
+            let head = local.word(offset);
+            if link & LEAF != 0 {
+                local.test(offset + 1, head, ray, query)?;
+            } else {
+                let planes = P::planes(local, offset, head, cell);
+                let octants = Octants::new(ray.crossings(planes), span);
+                let links = offset + 1 + P::stored(head);
+                let pending = octants.met;
+                let frame = Frame { cell, planes, octants, links, mask: head & 0xff, pending };
+                let pushed = stack.try_push(frame).is_ok();
+                debug_assert!(pushed, "validation bounds the depth");
             }
-            let link = local.word(frame.link_of(octant));
-            let cell = frame.cell.child(&frame.planes, octant);
-            Self::enter(local, ray, span, query, link, cell, &mut stack)?;
+            // 2. Find the next child that the ray may touch, of the lowest node that has one.
+            (link, cell, span) = loop {
+                let Some(frame) = stack.last_mut() else {
+                    return ControlFlow::Continue(());
+                };
+                let Some((octant, span)) = frame.next(ray.sign_mask() as u32) else {
+                    stack.pop();
+                    continue;
+                };
+                if span.from <= ray.last(query.last_t()) {
+                    let link = local.word(frame.link_of(octant));
+                    break (link, frame.cell_of(octant), span);
+                }
+            };
         }
     }
 
@@ -171,7 +195,7 @@ where
                 let (mask, axes) = (head & 0xff, head & !0xff);
                 let first_link = offset.checked_add(1 + P::stored(head))?;
                 let end = first_link.checked_add(mask.count_ones())?;
-                let divided = axes & !P::AXES == 0 && (axes != 0 || P::AXES == 0);
+                let divided = axes & !AXES == 0 && axes != 0;
                 let finite =
                     (offset + 1..first_link).all(|at| f32::from_bits(local.word(at)).is_finite());
                 if mask == 0 || !divided || !finite || level as usize >= LEVELS {
@@ -185,61 +209,52 @@ where
     }
 }
 
-impl<P: OctantPolicy> OctantTree<P> {
-    /// Enters a node: tests the triangles of a leaf, or pushes the frame of an inner node.
+/// Parts of a ray in the eight octants of a node, by flipped octant.
+struct Octants {
+    from: [Vec4; 2],
+    to: [Vec4; 2],
+    /// The octants that the ray may touch, one bit each.
+    met: u32,
+}
+
+impl Octants {
+    /// Divides a part of a ray by its crossings of the planes, the earliest and the latest. In the half of an axis that
+    /// is entered first, the ray is up to the latest crossing; in the other half, from the earliest on.
     #[inline]
-    fn enter<Q: Query>(
-        local: &Local<'_>,
-        ray: &RaySpan,
-        span: Span,
-        query: &mut Q,
-        link: u32,
-        cell: Cell,
-        stack: &mut ArrayVec<Frame, LEVELS>,
-    ) -> ControlFlow<()> {
-        query.enter();
-        let offset = link & !LEAF;
-        let head = local.word(offset);
-        if link & LEAF != 0 {
-            return local.test(offset + 1, head, query);
-        }
-        let planes = P::planes(local, offset, head, &cell);
-        let crossing = |axis: usize| match planes[axis] {
-            Some(plane) => ray.crossing(axis, plane),
-            // Without a plane, both halves are the whole.
-            None => AxisCrossing { earliest: f64::NEG_INFINITY, latest: f64::INFINITY },
+    fn new([earliest, latest]: [Vec4; 2], span: Span) -> Self {
+        // The fourth lane is NaN, as are those of planes that bound nothing: there, the span itself.
+        let from = earliest.larger(Vec4::splat(span.from));
+        let to = latest.smaller(Vec4::splat(span.to));
+        // Octants 0 to 3 by the halves in x and y, the lower half in z first.
+        let (from_near, to_far) = (from.wxwx().larger(from.wwyy()), to.xwxw().smaller(to.yyww()));
+        let (from_far, to_near) = (from_near.larger(from.zzzz()), to_far.smaller(to.zzzz()));
+        let missed = from_near.above(to_near) | from_far.above(to_far) << 4;
+        Self { from: [from_near, from_far], to: [to_near, to_far], met: !missed & 0xff }
+    }
+
+    /// The part of the ray in an octant.
+    #[inline]
+    fn span(&self, flipped: u32) -> Span {
+        let of = |halves: &[Vec4; 2]| {
+            let numbers: &[f32; 8] = bytemuck::must_cast_ref(halves);
+            numbers[flipped as usize % 8]
         };
-        let crossings = [crossing(0), crossing(1), crossing(2)];
-        let frame = Frame {
-            cell,
-            planes,
-            links: offset + 1 + P::stored(head),
-            mask: head & 0xff,
-            pending: flipped(head & 0xff, ray.sign_mask()) & reachable(&crossings, span),
-            span,
-            near_end: crossings.map(|c| c.latest),
-            far_start: crossings.map(|c| c.earliest),
-        };
-        let pushed = stack.try_push(frame).is_ok();
-        debug_assert!(pushed, "validation bounds the depth");
-        ControlFlow::Continue(())
+        Span { from: of(&self.from), to: of(&self.to) }
     }
 }
 
 /// Inner node on the way down.
 struct Frame {
-    cell: Cell,
-    planes: Planes,
+    /// The lower and the upper corner.
+    cell: (Vec4, Vec4),
+    planes: Vec4,
+    octants: Octants,
     /// The offset of the first link.
     links: u32,
+    /// The children that exist, by octant.
     mask: u32,
-    /// Children not yet visited, as octants with flipped bits.
+    /// Octants not yet visited, by flipped octant.
     pending: u32,
-    span: Span,
-    /// The latest end of the half that is entered first, on each axis.
-    near_end: [f64; 3],
-    /// The earliest begin of the other half, on each axis.
-    far_start: [f64; 3],
 }
 
 impl Frame {
@@ -249,18 +264,9 @@ impl Frame {
         while self.pending != 0 {
             let flipped = self.pending.trailing_zeros();
             self.pending &= self.pending - 1;
-            let mut span = self.span;
-            for axis in 0..3 {
-                if flipped >> axis & 1 == 0 {
-                    let end = self.near_end[axis];
-                    span.to = if end < span.to { end } else { span.to };
-                } else {
-                    let start = self.far_start[axis];
-                    span.from = if start > span.from { start } else { span.from };
-                }
-            }
-            if !span.is_empty() {
-                return Some((flipped ^ sign_mask, span));
+            let octant = flipped ^ sign_mask;
+            if self.mask >> octant & 1 != 0 {
+                return Some((octant, self.octants.span(flipped)));
             }
         }
         None
@@ -269,44 +275,48 @@ impl Frame {
     /// The offset of the link to a child.
     #[inline]
     fn link_of(&self, octant: u32) -> u32 {
-        self.links + (self.mask & ((1 << octant) - 1)).count_ones()
+        let before = self.mask & ((1 << octant) - 1);
+        self.links + u32::from(ONES[before as usize % ONES.len()])
+    }
+
+    /// The cell of a child.
+    #[inline]
+    fn cell_of(&self, octant: u32) -> (Vec4, Vec4) {
+        let upper = UPPER_HALF[octant as usize % 8].cmpgt(Vec4::ZERO);
+        let (lo, hi) = self.cell;
+        // An undivided axis has no upper half, and its plane is NaN.
+        (Vec4::select(upper, self.planes, lo), Vec4::select(upper, hi, self.planes.smaller(hi)))
     }
 }
+
+/// Number of bits of each byte: processors without an instruction for it count as slowly as they read a table fast.
+const ONES: [u8; 256] = {
+    let mut ones = [0; 256];
+    let mut byte = 1;
+    while byte < 256 {
+        ones[byte] = (byte as u32).count_ones() as u8;
+        byte += 1;
+    }
+    ones
+};
+
+/// For each octant, 1 on the axes on which it is the upper half.
+const UPPER_HALF: [Vec4; 8] = {
+    let mut octants = [Vec4::ZERO; 8];
+    let mut octant = 0;
+    while octant < 8 {
+        let [x, y, z] = [octant & 1, octant >> 1 & 1, octant >> 2];
+        octants[octant] = Vec4::new(x as f32, y as f32, z as f32, 0.0);
+        octant += 1;
+    }
+    octants
+};
 
 struct OctantBuilder<'f, 'b, 'g, 's, 'w, P> {
     filing: &'f mut Filing<'b, 'g, 's, 'w>,
     options: &'f Options,
     most_level: u32,
     division: PhantomData<P>,
-}
-
-/// Masks of the octants in the half of each axis that is entered first: bit `i` stands for octant `i`, with flipped
-/// bits.
-const FIRST_HALF: [u32; 3] = [0b0101_0101, 0b0011_0011, 0b0000_1111];
-
-/// Finds the octants that the ray may reach within the span, as a mask by flipped bits: on each axis, the ray has to
-/// reach the octant's half.
-#[inline]
-fn reachable(crossings: &[AxisCrossing; 3], span: Span) -> u32 {
-    let mut octants = 0xff;
-    for axis in 0..3 {
-        octants &= if crossings[axis].latest < span.from { !FIRST_HALF[axis] } else { 0xff };
-        octants &= if crossings[axis].earliest > span.to { FIRST_HALF[axis] } else { 0xff };
-    }
-    octants
-}
-
-/// Renumbers a mask of octants: the bits of `sign_mask` are flipped in their numbers.
-#[inline]
-fn flipped(mask: u32, sign_mask: usize) -> u32 {
-    let mut mask = mask;
-    for (axis, first) in FIRST_HALF.into_iter().enumerate() {
-        if sign_mask >> axis & 1 == 1 {
-            let shift = 1 << axis;
-            mask = (mask & first) << shift | (mask >> shift) & first;
-        }
-    }
-    mask
 }
 
 impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
@@ -326,7 +336,7 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
         } else {
             self.filing.words.spend(P::LOOKS * list.len() as u64)?;
             let ids = self.filing.ids(list);
-            P::choose(self.filing.group, ids, &cell, &self.options.cost_model())
+            P::choose(self.filing.group, ids, &cell, self.options)
         };
         if planes == [None; 3] {
             return Ok(self.filing.leaf(node));
@@ -341,10 +351,10 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
         // 3. Append the node, with links to be set later; then each child.
         let mut axes = 0;
         for (axis, plane) in planes.iter().enumerate() {
-            axes |= u32::from(plane.is_some()) << (axis + 8);
+            axes |= u32::from(plane.is_some()) << (axis as u32 + AXES_SHIFT);
         }
-        self.filing.words.push(u32::from(mask) | axes & P::AXES);
-        if P::AXES != 0 {
+        self.filing.words.push(u32::from(mask) | axes);
+        if P::STORES_PLANES {
             for plane in planes.iter().flatten() {
                 self.filing.words.push((*plane as f32).to_bits());
             }

@@ -7,11 +7,13 @@
 //! K.-Y. Whang et al., *Octree-R: An Adaptive Octree for Efficient Ray Tracing*, 1995. Deviations: an
 //! axis may stay undivided; the planes are those between a fixed number of bins.
 
-use super::octant_tree::{OctantPolicy, OctantTree, Planes};
+use glam::Vec4;
+
+use super::octant_tree::{AXES_SHIFT, OctantPolicy, OctantTree, Planes};
 use super::split_cost::{CellAxis, SPLIT_LOOKS, best_split};
 use super::tree_cell::Cell;
 use crate::cost::Weights;
-use crate::input::CostModel;
+use crate::input::{CostModel, Options};
 use crate::structure::{Described, Group, Local};
 
 /// Octree-R, over the whole scene or, in a hierarchy, over a cluster.
@@ -21,10 +23,11 @@ pub type OctreeR = OctantTree<LeastCostOctants>;
 pub enum LeastCostOctants {}
 
 impl OctantPolicy for LeastCostOctants {
-    const AXES: u32 = 0b111 << 8;
+    const STORES_PLANES: bool = true;
     const LOOKS: u64 = 3 * SPLIT_LOOKS;
 
-    fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, model: &CostModel) -> Planes {
+    fn choose(group: &Group<'_>, ids: &[u32], cell: &Cell, options: &Options) -> Planes {
+        let model = &options.cost_model();
         let mut planes = [None; 3];
         for (axis, plane) in planes.iter_mut().enumerate() {
             let axis = CellAxis { number: axis, cell, group, ids };
@@ -34,16 +37,16 @@ impl OctantPolicy for LeastCostOctants {
     }
 
     #[inline]
-    fn planes(local: &Local<'_>, offset: u32, head: u32, _: &Cell) -> Planes {
-        let mut next = offset + 1;
-        let mut planes = [None; 3];
-        for (axis, plane) in planes.iter_mut().enumerate() {
-            if head >> (axis + 8) & 1 == 1 {
-                *plane = Some(f64::from(f32::from_bits(local.word(next))));
-                next += 1;
+    fn planes(local: &Local<'_>, offset: u32, head: u32, _: (Vec4, Vec4)) -> Vec4 {
+        let mut next = offset;
+        let mut plane = |axis: u32| {
+            if head >> (axis + AXES_SHIFT) & 1 == 0 {
+                return f32::NAN;
             }
-        }
-        planes
+            next += 1;
+            f32::from_bits(local.word(next))
+        };
+        Vec4::new(plane(0), plane(1), plane(2), f32::NAN)
     }
 }
 

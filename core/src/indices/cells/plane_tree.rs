@@ -144,27 +144,23 @@ where
         if root == EMPTY {
             return ControlFlow::Continue(());
         }
-        walk_near_first::<DEPTH, _, _>((root, span), query, |link, span, query, waiting| {
+        walk_near_first::<DEPTH, _, _>((root, span), ray, query, |link, span, query| {
             let offset = link & !LEAF;
             if link & LEAF != 0 {
-                return local.test(offset + 1, local.word(offset), query);
+                local.test(offset + 1, local.word(offset), ray, query)?;
+                return ControlFlow::Continue((None, None));
             }
-            let axis = local.word(offset) as usize;
-            let plane = f64::from(f32::from_bits(local.word(offset + 1)));
-            let (lower, upper) = (local.word(offset + 2), local.word(offset + 3));
+            let [axis, plane, lower, upper] = local.words_at(offset);
+            let (axis, plane) = (axis as usize, f32::from_bits(plane));
             let downwards = ray.sign_mask() >> axis & 1 == 1;
             let (near, far) = if downwards { (upper, lower) } else { (lower, upper) };
             let crossing = ray.crossing(axis, plane);
-            let near_to = if crossing.latest < span.to { crossing.latest } else { span.to };
-            let far_from =
-                if crossing.earliest > span.from { crossing.earliest } else { span.from };
             let child =
                 |link: u32, span: Span| (link != EMPTY && !span.is_empty()).then_some((link, span));
-            waiting.enter(
-                child(near, Span { from: span.from, to: near_to }),
-                child(far, Span { from: far_from, to: span.to }),
-            );
-            ControlFlow::Continue(())
+            ControlFlow::Continue((
+                child(near, span.until(crossing.latest)),
+                child(far, span.after(crossing.earliest)),
+            ))
         })
     }
 

@@ -1,4 +1,7 @@
-//! Cells of a tree: closed boxes in `f64`, so that a plane may lie between two `f32`.
+//! Cells of a tree under construction: closed boxes. Their sides are numbers that `f32` holds, in `f64` for those who
+//! calculate with them.
+
+use glam::Vec4;
 
 use crate::cost::half_area;
 use crate::geometry::Aabb;
@@ -12,21 +15,9 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The cube whose lower corner is that of a box, and which holds the box.
-    pub fn root(bounds: &Aabb) -> Self {
-        let side = bounds.extent().into_iter().fold(0.0, |a, b| if b > a { b } else { a });
-        let Self { lo, hi } = Self::of(bounds);
-        // `lo + side` may round to less than `hi`.
-        let upper = |axis: usize| {
-            let (sum, hi) = (lo[axis] + side, hi[axis]);
-            if sum > hi { sum } else { hi }
-        };
-        Self { lo, hi: [upper(0), upper(1), upper(2)] }
-    }
-
-    /// The midpoint of each side, at which octrees and BSP trees divide.
+    /// The midpoint of each side, at which octrees and BSP trees divide, rounded as [`midpoint`] is.
     pub fn midpoint(&self) -> [f64; 3] {
-        let middle = |axis: usize| (self.lo[axis] + self.hi[axis]) * 0.5;
+        let middle = |axis: usize| f64::from(midpoint(self.lo[axis] as f32, self.hi[axis] as f32));
         [middle(0), middle(1), middle(2)]
     }
 
@@ -68,4 +59,15 @@ impl Cell {
         };
         half_area([side(0), side(1), side(2)])
     }
+}
+
+/// The midpoint of a side. Halves are added, because the sum of both ends may overflow.
+fn midpoint(lo: f32, hi: f32) -> f32 {
+    lo * 0.5 + hi * 0.5
+}
+
+/// The [midpoints](midpoint) of all sides at once.
+#[inline]
+pub fn midpoints(lo: Vec4, hi: Vec4) -> Vec4 {
+    lo * 0.5 + hi * 0.5
 }

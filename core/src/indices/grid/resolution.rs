@@ -13,7 +13,7 @@ use super::{Grid, MOST_CELLS_ON_AXIS, UniformGrid, cell_count, triangles_of};
 use crate::cost::{Probe, ProbeRay, search_steps};
 use crate::error::BuildError;
 use crate::geometry::Aabb;
-use crate::input::{CostModel, Options, Resolution};
+use crate::input::{CostModel, Options, Resolution, SimdLevel};
 use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{Group, Local, LocalIndex};
@@ -118,6 +118,7 @@ const STEPS_A_CELL: u64 = 8;
 pub(super) fn bounded<'g>(group: &'g Group<'g>, mut cells: [u32; 3]) -> Grid<'g> {
     loop {
         let grid = Grid::new(group, cells);
+        cells = grid.cells;
         let most = STEPS_A_TRIANGLE
             .saturating_mul(group.ids.len() as u64)
             .saturating_add(STEPS_A_CELL.saturating_mul(cell_count(cells) as u64));
@@ -170,11 +171,12 @@ fn search(
     while density <= MOST_DENSITY {
         let cells = cells_for(&group.bounds, group.ids.len(), density);
         density *= DENSITY_STEP;
+        let grid = Grid::new(group, cells);
+        let cells = grid.cells;
         if cells == last {
             continue;
         }
         last = cells;
-        let grid = Grid::new(group, cells);
         let Some(counts) = room.get_mut(..cell_count(cells)) else { break };
         // A look at each triangle counts the steps of filing. The grid is filed once to be counted here and, if it is
         // chosen, twice to be written.
@@ -215,6 +217,7 @@ fn try_rays<'r>(
     loop {
         let cells = cells_for(&group.bounds, group.ids.len(), density);
         let grid = Grid::new(group, cells);
+        let cells = grid.cells;
         let steps = grid.steps();
         if steps.saturating_mul(TRIES) <= budget.steps_left()
             && let Some((next, rest)) = room.split_at_mut_checked(cell_count(cells))
@@ -234,7 +237,8 @@ fn try_rays<'r>(
         }
         density *= 0.25;
     }
-    let local = Local { triangles: group.triangles, bounds: group.bounds, words };
+    let simd_level = SimdLevel::COMPILED;
+    let local = Local { triangles: group.triangles, bounds: group.bounds, words, simd_level };
     let triangles = triangles_of(group).map(|(_, triangle)| triangle);
     let most_tests = budget.steps_left() / TRIES;
     let probe =

@@ -19,11 +19,11 @@
 //!   ray more.
 #![allow(unsafe_code)]
 
-use super::simd::{Fastest, Portable};
 use super::traversal;
 use super::tree::InLanes;
 use crate::input::SimdLevel;
 use crate::query::Query;
+use crate::simd::{Fastest, Portable};
 
 /// Traverses a tree for one query.
 #[inline]
@@ -71,10 +71,10 @@ impl<T: InLanes<Portable> + InLanes<Fastest>> InEvery for T {}
 /// registers are not shared with those of the caller.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86_64 {
-    use crate::indices::wide::simd::Avx2;
     use crate::indices::wide::traversal;
     use crate::indices::wide::tree::InLanes;
     use crate::query::Query;
+    use crate::simd::Avx2;
 
     #[inline(never)]
     #[target_feature(enable = "avx2")]

@@ -18,8 +18,8 @@
 //!
 //! | module | calls | gain, instructions of a query |
 //! |---|---|---|
-//! | `dispatch` | the traversal, compiled for AVX2 or AVX-512 | the calls of the other two modules are inlined into it |
-//! | `simd/avx2` | eight boxes, eight triangles, one triangle in `f64` | about a third of the time |
+//! | `dispatch` | the traversal, compiled for AVX2 or AVX-512 | the calls of the other modules are inlined into it |
+//! | [`simd`](crate::simd) | eight boxes, eight triangles, one triangle in `f64` | about a third of the time |
 //! | `quantised/avx2` | unpacking of boxes and of triangles | |
 
 // Forced, because what a traversal calls must be compiled for the instructions of its lanes, in one function with it.
@@ -30,7 +30,6 @@ mod dispatch;
 mod full;
 mod quantised;
 mod rows;
-mod simd;
 mod traversal;
 mod tree;
 

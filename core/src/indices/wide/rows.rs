@@ -27,22 +27,8 @@ use core::ops::Range;
 
 use crate::Vec3;
 use crate::geometry::Triangle;
+pub(crate) use crate::simd::{LANES, LEAF_ROWS, LeafRows, NODE_ROWS, Node, Row};
 
-/// Width of SIMD: boxes of a node, or triangles in the rows that leaves share. How many triangles the build puts in a
-/// leaf is `build::LEAF_TRIANGLES`.
-pub(crate) const LANES: usize = 8;
-
-/// Row of a node or of a leaf: a word for each lane.
-pub(crate) type Row = [u32; LANES];
-
-/// Node: eight boxes, and the links to what they hold.
-pub(crate) type Node = [Row; NODE_ROWS as usize];
-
-/// Ten rows that the leaves of one node may share: eight lanes with the corners of triangles, and their ids.
-pub(crate) type LeafRows = [Row; LEAF_ROWS as usize];
-
-pub(crate) const NODE_ROWS: u32 = 8;
-pub(crate) const LEAF_ROWS: u32 = 10;
 pub(crate) const LINKS_ROW: usize = 6;
 pub(crate) const EDGES_ROW: usize = 7;
 pub(crate) const IDS_ROW: usize = 9;

@@ -15,10 +15,11 @@ use arrayvec::ArrayVec;
 
 use super::build::MAX_DEPTH;
 use super::rows::LEAF_BIT;
-use super::simd::{LaneRay, Lanes, PreparedRay, key};
-use super::tree::{InLanes, Step, Tree, last_t};
-use crate::geometry::{Aabb, Ray, RaySpan};
+use super::tree::{InLanes, Step, Tree};
+use crate::Vec3;
+use crate::geometry::{Aabb, LaneRay, Ray, RaySpan};
 use crate::query::Query;
+use crate::simd::{Lanes, PreparedRay, key, last_t};
 
 #[inline(always)]
 /// Traverses a tree for one query.
@@ -201,7 +202,8 @@ fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
 #[cold]
 #[inline(never)]
 fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
-    let ray = RaySpan::new(query.ray());
+    let largest = Vec3::splat(tree.largest());
+    let ray = RaySpan::new(query.ray(), &Aabb::new(-largest, largest));
     let mut stack = ArrayVec::<(u32, u32), STACK>::new();
     let mut step = tree.root();
     loop {
@@ -228,7 +230,7 @@ fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
             };
             *waiting ^= 1 << lane;
             if let Some((child, bounds)) = child_of(tree, *link, lane as usize)
-                && ray.clip(&bounds, ray.whole()).from <= query.last()
+                && ray.clip(&bounds, ray.whole()).from <= ray.last(query.last_t())
             {
                 break child;
             }

@@ -84,6 +84,10 @@ pub struct BuildArguments {
     /// Deepest level of an octree, 0 to 20 [default: the level of the least estimated cost]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=20))]
     level: Option<u32>,
+    /// Least side of an octree's cell that is halved, as a share of its longest side; 0 halves all, as in the paper
+    #[arg(long, value_name = "X", default_value_t = Options::default().least_side,
+        value_parser = number(0.0..=1.0))]
+    least_side: f32,
     /// Largest gap inside a cluster: primitives whose bounding boxes are at most X times the median diagonal of their
     /// size class apart are in one cluster
     #[arg(long, value_name = "X", default_value_t = Options::default().proximity,
@@ -110,6 +114,7 @@ impl BuildArguments {
         Options {
             leaf_capacity: self.leaf_capacity,
             level: self.level.map_or(Level::Automatic, Level::AtMost),
+            least_side: self.least_side,
             proximity: self.proximity,
             size_classes: self.size_classes,
             resolution: self

@@ -352,10 +352,10 @@ pub unsafe extern "C" fn prove_geometry(
     let Ok(ray) = ray.ray() else {
         return 0.0;
     };
-    let along = RaySpan::new(&ray);
+    let along = RaySpan::new(&ray, bounds);
     let span = along.clip(bounds, along.whole());
     let span = along.between(axis, span.from, span.to, span);
-    let crossing = along.crossing(axis, f64::from(ray.at(1.0).x));
+    let crossing = along.crossing(axis, ray.at(1.0).x);
     let own = triangle.bounds();
     let near = own.gap_squared(bounds) + own.diagonal_squared() + f64::from(own.centre().x);
     let wide = |corner: Vec3| corner.to_array().map(f64::from);
@@ -364,7 +364,8 @@ pub unsafe extern "C" fn prove_geometry(
     // SAFETY: the caller fulfils the conditions of `Slice::get`.
     let bytes = Block::bytes(unsafe { blocks.get() }).len() + Block::count(axis);
     let flags = f64::from(u8::from(overlap) + u8::from(inside));
-    span.from + crossing.earliest + crossing.latest + near + flags + bytes as f64
+    let bounds = span.from + crossing.earliest + crossing.latest;
+    f64::from(bounds) + near + flags + bytes as f64
 }
 
 /// Reads an element of a slice, which panics if the slice is shorter.

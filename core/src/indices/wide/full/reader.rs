@@ -4,13 +4,14 @@ use core::ops::ControlFlow;
 
 use crate::Vec3;
 use crate::geometry::Aabb;
+use crate::geometry::LaneRay;
 use crate::indices::wide::rows::{
-    EDGES_ROW, EMPTY, IDS_ROW, LANES, LINKS_ROW, Row, first_lane, leaf_at, leaf_count, node_at,
-    triangle_at,
+    EDGES_ROW, EMPTY, IDS_ROW, LANES, LINKS_ROW, ROW_MASK, Row, first_lane, leaf_at, leaf_count,
+    node_at, triangle_at,
 };
-use crate::indices::wide::simd::{LaneRay, Lanes};
-use crate::indices::wide::tree::{InLanes, Step, Tree, decide_each};
+use crate::indices::wide::tree::{InLanes, Step, Tree};
 use crate::query::{Query, TriangleId};
+use crate::simd::{Lanes, decide_each};
 
 /// Wide BVH: its rows, and the contents of its head.
 #[derive(Clone, Copy)]
@@ -102,6 +103,6 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
 
     #[inline(always)]
     fn prefetch(self, link: u32) {
-        L::prefetch(self.rows, link);
+        L::prefetch(self.rows, (link & ROW_MASK) as usize);
     }
 }

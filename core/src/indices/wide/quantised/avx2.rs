@@ -17,11 +17,12 @@ use super::views::{FewBoxes, Known, UNUSED, Unpack};
 use super::{CHUNK_HEAD, Chunk, QuantisedNode, vertex_count};
 use crate::Vec3;
 use crate::geometry::Triangle;
+use crate::geometry::{Candidates, LaneRay};
 use crate::indices::wide::rows::{LANES, LeafRows, Row};
-use crate::indices::wide::simd::avx2::meet_planes;
-use crate::indices::wide::simd::{Avx2, Candidates, LaneRay, Lanes};
 use crate::input::Mesh;
 use crate::query::Query;
+use crate::simd::avx2::meet_planes;
+use crate::simd::{Avx2, Lanes};
 
 impl Unpack for Avx2 {
     #[inline(always)]

@@ -24,13 +24,13 @@ use super::views::Unpack;
 use super::{CompactBvh, EMPTY, Form, LEAF_BIT, NODE_WORDS, QuantisedNode};
 use crate::Vec3;
 use crate::cost::Weights;
+use crate::geometry::LaneRay;
 use crate::geometry::{Aabb, Triangle};
 use crate::indices::wide::rows::LANES;
-use crate::indices::wide::simd::LaneRay;
-use crate::indices::wide::tree::{decide_each, last_t};
 use crate::input::Mesh;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
+use crate::simd::{decide_each, last_t};
 use crate::structure::Described;
 
 /// Form of the compact BVH.

@@ -28,12 +28,12 @@ use super::{Form, LEAF_BIT, LeanBvh, QuantisedNode};
 use crate::Vec3;
 use crate::cost::Weights;
 use crate::geometry::Aabb;
+use crate::geometry::LaneRay;
 use crate::indices::wide::rows::{LANES, Row};
-use crate::indices::wide::simd::LaneRay;
-use crate::indices::wide::tree::decide_each;
 use crate::input::Mesh;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
+use crate::simd::decide_each;
 use crate::structure::Described;
 
 /// Form of the lean BVH.

@@ -2,11 +2,12 @@
 
 use super::{CHUNK_HEAD, CHUNK_WORDS, Chunk, QuantisedNode, corner_at, vertex_count};
 use crate::geometry::Triangle;
+use crate::geometry::{Candidates, LaneRay, Numbers};
 use crate::indices::wide::rows::{LANES, LeafRows, Row, set_triangle};
-use crate::indices::wide::simd::portable::{Eight, meet_planes};
-use crate::indices::wide::simd::{Candidates, FAR, LaneRay, Lanes, Portable};
 use crate::input::Mesh;
 use crate::query::Query;
+use crate::simd::portable::{Eight, meet_planes};
+use crate::simd::{FAR, Lanes, Portable};
 
 /// Node without its links, in place. Unused lanes hold the words that follow.
 pub(super) struct FewBoxes<'w> {

@@ -6,8 +6,9 @@
 //!   kernel's own.
 //!
 //! `unsafe` here is calling functions that are compiled for instructions which the processor may not have; see
-//! [`wide`](crate::indices::wide). It is worth about a third of the time of a query.
-#![allow(unsafe_code)]
+//! [`simd`](crate::simd). It is worth about a third of the time of a query.
+// Forced, because what a traversal calls must be compiled for the instructions of its lanes, in one function with it.
+#![allow(unsafe_code, clippy::inline_always)]
 
 use core::arch::x86_64::{
     __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps, _mm_cmpeq_ps,
@@ -21,11 +22,10 @@ use core::arch::x86_64::{
     _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
 };
 
-use super::lanes::{Candidates, DISTANCE, FAR, LaneRay, Lanes, ROUNDED, SUM, UNDERFLOW, sides_of};
+use super::lanes::{FAR, LANES, Lanes, LeafRows, NODE_ROWS, Node, Row, sides_of};
 use crate::Vec3;
-use crate::geometry::Triangle;
 use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamped};
-use crate::indices::wide::rows::{LANES, LeafRows, NODE_ROWS, Node, ROW_MASK, Row};
+use crate::geometry::{Candidates, DISTANCE, LaneRay, ROUNDED, SUM, Triangle, UNDERFLOW};
 use crate::query::Query;
 
 /// Lanes of traversals that are compiled for AVX2, or for more.
@@ -50,8 +50,8 @@ impl Lanes for Avx2 {
 
     // Without a prefetch, a batch over more triangles than the cache holds waits for them.
     #[inline(always)]
-    fn prefetch(rows: &[Row], link: u32) {
-        let node = rows.as_ptr().wrapping_add((link & ROW_MASK) as usize);
+    fn prefetch(rows: &[Row], first: usize) {
+        let node = rows.as_ptr().wrapping_add(first);
         for line in 0..NODE_ROWS as usize / 2 {
             // SAFETY: a prefetch does not access memory, wherever it points, and every processor with AVX2
             // has it.
@@ -182,11 +182,21 @@ fn without(keys: __m128i, lane: usize) -> __m128i {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn edges(leaf: &LeafRows) -> __m256 {
-    let length = |at: usize| {
-        let edge = _mm256_sub_ps(load(&leaf[at]), load(&leaf[at % 3]));
-        _mm256_andnot_ps(all(-0.0), edge)
+    let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
+    longest_edges([corner(0), corner(3), corner(6)])
+}
+
+/// The largest component of each triangle's edges at corner a.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(super) fn longest_edges([a, b, c]: [[__m256; 3]; 3]) -> __m256 {
+    let length = |p, q| _mm256_andnot_ps(all(-0.0), _mm256_sub_ps(p, q));
+    let larger = |p, q| _mm256_max_ps(p, q);
+    let largest = |p: [__m256; 3]| {
+        let [x, y, z] = [length(p[0], a[0]), length(p[1], a[1]), length(p[2], a[2])];
+        larger(larger(x, y), z)
     };
-    (4..9).fold(length(3), |longest, at| _mm256_max_ps(longest, length(at)))
+    larger(largest(b), largest(c))
 }
 
 /// Filters eight triangles, in the phases of `portable`.
@@ -194,6 +204,19 @@ fn edges(leaf: &LeafRows) -> __m256 {
 #[target_feature(enable = "avx2")]
 fn meet_triangles<Q: Query>(
     leaf: &LeafRows,
+    ray: &LaneRay,
+    edges: __m256,
+    last: f32,
+) -> Candidates {
+    let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
+    meet_corners::<Q>([corner(0), corner(3), corner(6)], ray, edges, last)
+}
+
+/// Filters eight triangles, given by their corners.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(super) fn meet_corners<Q: Query>(
+    [p, b, c]: [[__m256; 3]; 3],
     ray: &LaneRay,
     edges: __m256,
     last: f32,
@@ -217,13 +240,11 @@ fn meet_triangles<Q: Query>(
         |a: [__m256; 3], b: [__m256; 3]| [less(a[0], b[0]), less(a[1], b[1]), less(a[2], b[2])];
     let below = |x, y| _mm256_cmp_ps::<_CMP_LT_OQ>(x, y);
     let above = |x, y| _mm256_cmp_ps::<_CMP_GT_OQ>(x, y);
-    let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
 
-    let p = corner(0);
     let d = [0, 1, 2].map(|axis| all(ray.direction[axis]));
     let a = minus(p, [0, 1, 2].map(|axis| all(ray.origin[axis])));
-    let e1 = minus(corner(3), p);
-    let e2 = minus(corner(6), p);
+    let e1 = minus(b, p);
+    let e2 = minus(c, p);
     let n = cross(e1, e2);
     let q = cross(d, a);
     let det = dot(d, n);

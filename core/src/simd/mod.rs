@@ -1,0 +1,27 @@
+//! SIMD: tests of several boxes, or of several triangles, against one ray.
+//!
+//! ```text
+//! lanes       the trait of tests of eight, and the numbers of lanes     <- portable, avx2
+//! leaf_test   the triangles that a leaf names                           <- avx2_leaf
+//! candidates  what lanes leave in doubt, decided one by one
+//! ```
+
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub(crate) mod avx2;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+mod avx2_leaf;
+mod candidates;
+mod lanes;
+mod leaf_test;
+pub(crate) mod portable;
+
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub(crate) use avx2::{Avx2, Avx2 as Fastest};
+pub(crate) use candidates::{decide_each, last_t};
+pub(crate) use lanes::{
+    FAR, LANES, LEAF_ROWS, Lanes, LeafRows, NODE_ROWS, Node, PreparedRay, Row, key,
+};
+pub(crate) use leaf_test::{test_each, test_triangles};
+pub(crate) use portable::Portable;
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+pub(crate) use portable::Portable as Fastest;
