@@ -3,7 +3,8 @@
 //! ```text
 //! random (seed, photon) -+-> emission -> trace <-> index             one photon
 //! hemisphere, offset ----+                 |
-//!                                        shoot -> Shot, Digest       many photons, on all processors
+//!                                      stream                        many photons, on all processors
+//!                                        shoot -> Shot, Digest
 //! ```
 //!
 //! Every result is a function of the model and the options. It does not depend on the index, the threads or the
@@ -19,6 +20,7 @@ mod random;
 mod shoot;
 mod shot;
 mod side;
+mod stream;
 #[cfg(test)]
 mod tests;
 mod trace;
@@ -26,7 +28,9 @@ mod trace;
 pub use digest::Digest;
 pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
-pub use shoot::{CHUNK, Counting, ShootOptions, shoot};
+pub use shoot::{Counting, ShootOptions, shoot};
 pub use shot::Shot;
 pub use side::Side;
+pub use stream::CHUNK;
+pub(crate) use stream::{Tally, Visitor, stream};
 pub use trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};

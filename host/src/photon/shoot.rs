@@ -1,42 +1,24 @@
-//! Shooting of many photons on all processors.
-//!
-//! ```text
-//! photons 0 .. 1023 | 1024 .. 2047 | ...      chunks, of a size that does not depend on threads
-//!     Tally             Tally                 counts, and a hash of the chunk's hits
-//!        \--- in the order of the chunks ---/
-//!                  Shot                       sums, and a hash of the hashes
-//! ```
-//!
-//! The photons of a chunk are traced in waves: first the rays of all photons from the lights, then the rays of all
-//! surviving photons after one bounce, and so on. The index thus answers many rays at once.
+//! Shooting of many photons on all processors: counts of each triangle, and a digest of all hits.
 //!
 //! The result does not depend on the number of threads: sums are of integers, and hits are hashed in the order of waves
 //! and, in a wave, of photons.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use arboleda::{Counters, Hit, RayIndex};
-use rayon::prelude::*;
+use arboleda::{Hit, RayIndex};
 
 use super::digest::Digest;
 use super::shot::Shot;
 use super::side::Side;
-use super::trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};
+use super::stream::{Visitor, stream};
+use super::trace::{DEFAULT_MAX_BOUNCES, Segment, Tracer};
 use crate::scene::Model;
-
-/// Number of photons in a chunk. The digest depends on it. A chunk is large enough that its scheduling costs nothing,
-/// and small enough that a wave stays in the cache.
-pub const CHUNK: u64 = 1024;
 
 /// Bytes of a hashed hit: photon, bounce, triangle, `t`, `u`, `v`, little-endian.
 const EVENT_BYTES: usize = 8 + 5 * 4;
 /// Hits that are hashed at once: 28 KiB. From 8 KiB, BLAKE3 uses whole vectors.
 const EVENTS_AT_ONCE: usize = 1024;
-
-/// Chunks whose tallies are kept before they are summed: 2 MB for 16 million photons.
-const CHUNKS_AT_ONCE: u64 = 1 << 14;
 
 /// Choice whether the index counts nodes and tests, which costs a little time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -134,36 +116,12 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     let hit_counts: Vec<[AtomicU64; 2]> =
         model.triangles.iter().map(|_| [const { AtomicU64::new(0) }; 2]).collect();
 
-    // 1. Chunks are shot in parallel and summed in their order, 2^14 at a time, so memory does not grow with the
-    //    photons.
-    let mut all = Tally::default();
+    // 1. The hashes of chunks are hashed in the order of chunks.
     let mut digests = blake3::Hasher::new();
-    let shoot_chunk = |chunk: u64| {
-        let first = chunk * CHUNK;
-        let end = photons.min(first.saturating_add(CHUNK));
-        let mut tally = Tally::default();
-        let mut events = EventHasher::new();
-        tally.add_photons(&tracer, first..end, index, options.counting, |segment, hit| {
-            events.add(segment, hit);
-            let id = hit.triangle.0 as usize;
-            if let (Some(triangle), Some(sides)) = (model.triangles.get(id), hit_counts.get(id)) {
-                let side = Side::met(triangle, &segment.ray);
-                sides[side as usize].fetch_add(1, Ordering::Relaxed);
-            }
-        });
-        tally.digest = events.finish();
-        progress(end - first);
-        tally
-    };
-    let chunks = photons.div_ceil(CHUNK);
-    for first in (0..chunks).step_by(CHUNKS_AT_ONCE as usize) {
-        let some = first..chunks.min(first + CHUNKS_AT_ONCE);
-        let tallies: Vec<Tally> = some.into_par_iter().map(shoot_chunk).collect();
-        for tally in &tallies {
-            all.join(tally);
-            digests.update(&tally.digest);
-        }
-    }
+    let visitor = ShotVisitor { model, hit_counts: &hit_counts };
+    let all = stream(&tracer, 0..photons, index, options.counting, progress, &visitor, |events| {
+        digests.update(&events.finish());
+    });
 
     // 2. The counts of both sides of each triangle are summed.
     let sides = |side: Side| {
@@ -190,91 +148,30 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     }
 }
 
-/// Counts of the photons of one chunk.
-#[derive(Clone, Copy, Default)]
-struct Tally {
-    absorbed: u64,
-    escaped: u64,
-    cut_off: u64,
-    refused: u64,
-    bounce_count: u64,
-    hit_count: u64,
-    ray_count: u64,
-    counters: Counters,
-    digest: [u8; 32],
+/// Counts the hits of each side of each triangle, and hashes the hits of each chunk.
+struct ShotVisitor<'s> {
+    model: &'s Model,
+    hit_counts: &'s [[AtomicU64; 2]],
 }
 
-impl Tally {
-    /// Traces a range of photons wave by wave.
+impl Visitor for ShotVisitor<'_> {
+    type State = EventHasher;
+
+    fn begin(&self) -> EventHasher {
+        EventHasher::new()
+    }
+
     #[inline]
-    fn add_photons<I: RayIndex + ?Sized>(
-        &mut self,
-        tracer: &Tracer<'_>,
-        photons: Range<u64>,
-        index: &I,
-        counting: Counting,
-        mut on_hit: impl FnMut(&Segment, &Hit),
-    ) {
-        let mut paths = Vec::new();
-        for photon in photons {
-            match tracer.emit(photon) {
-                Some(Ok(path)) => paths.push(path),
-                // `None` does not occur, because a dark model shoots no photons.
-                Some(Err(_)) | None => self.refused += 1,
-            }
+    fn visit(&self, events: &mut EventHasher, segment: &Segment) {
+        let Some(hit) = &segment.hit else { return };
+        events.add(segment, hit);
+        let id = hit.triangle.0 as usize;
+        if let (Some(triangle), Some(sides)) =
+            (self.model.triangles.get(id), self.hit_counts.get(id))
+        {
+            let side = Side::met(triangle, &segment.ray);
+            sides[side as usize].fetch_add(1, Ordering::Relaxed);
         }
-        let (mut rays, mut hits) = (Vec::new(), Vec::new());
-        while !paths.is_empty() {
-            rays.clear();
-            rays.extend(paths.iter().map(Path::ray).copied());
-            hits.clear();
-            hits.resize(rays.len(), Hit::NONE);
-            match counting {
-                Counting::Off => index.closest_hits(&rays, &mut hits),
-                Counting::On => {
-                    for (ray, slot) in rays.iter().zip(&mut hits) {
-                        let hit = index.closest_hit_counted(ray, &mut self.counters);
-                        *slot = hit.unwrap_or(Hit::NONE);
-                    }
-                }
-            }
-            let mut hits = hits.iter();
-            paths.retain_mut(|path| {
-                let hit = hits.next().filter(|hit| !hit.is_none());
-                let segment = path.segment(hit.copied());
-                self.ray_count += 1;
-                if let Some(hit) = hit {
-                    self.hit_count += 1;
-                    on_hit(&segment, hit);
-                }
-                let end = tracer.bounce(path, segment.hit);
-                if let Some(end) = end {
-                    self.bounce_count += u64::from(segment.bounce);
-                    self.end(end);
-                }
-                end.is_none()
-            });
-        }
-    }
-
-    fn end(&mut self, end: PathEnd) {
-        match end {
-            PathEnd::Absorbed => self.absorbed += 1,
-            PathEnd::Escaped => self.escaped += 1,
-            PathEnd::CutOff => self.cut_off += 1,
-            PathEnd::Refused => self.refused += 1,
-        }
-    }
-
-    fn join(&mut self, other: &Self) {
-        self.absorbed += other.absorbed;
-        self.escaped += other.escaped;
-        self.cut_off += other.cut_off;
-        self.refused += other.refused;
-        self.bounce_count += other.bounce_count;
-        self.hit_count += other.hit_count;
-        self.ray_count += other.ray_count;
-        self.counters += other.counters;
     }
 }
 
