@@ -52,7 +52,7 @@ pub(super) fn cosine_direction(normal: Vector64, random: &mut PhotonRandom) -> V
 /// The divisor's absolute value is at least 1. The only branch is on the sign of z; -0.0 and 0.0 give different frames,
 /// and both are orthonormal.
 #[inline]
-pub(super) fn tangents(normal: Vector64) -> (Vector64, Vector64) {
+pub(crate) fn tangents(normal: Vector64) -> (Vector64, Vector64) {
     let sign = 1.0_f64.copysign(normal.z);
     let a = -1.0 / (sign + normal.z);
     let b = normal.x * normal.y * a;

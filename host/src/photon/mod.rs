@@ -13,9 +13,9 @@
 mod digest;
 mod emission;
 #[cfg(test)]
-mod fixtures;
-mod hemisphere;
-mod offset;
+pub(crate) mod fixtures;
+pub(crate) mod hemisphere;
+pub(crate) mod offset;
 mod random;
 mod shoot;
 mod shot;

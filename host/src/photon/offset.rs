@@ -65,12 +65,12 @@ pub(super) const MARGIN: f64 = 16.0;
 
 /// Computes the height of an origin above the triangle's plane. The point's coordinates are at most `largest`, those of
 /// the corners at most `scale`.
-pub(super) fn height(largest: f64, scale: f64) -> f64 {
+pub(crate) fn height(largest: f64, scale: f64) -> f64 {
     ROUNDING * largest + COMPUTING * scale + SUBNORMAL
 }
 
 /// Returns the `f32` point nearest to the point `height` above `point`.
-pub(super) fn lifted(point: Vector64, normal: Vector64, height: f64) -> Vec3 {
+pub(crate) fn lifted(point: Vector64, normal: Vector64, height: f64) -> Vec3 {
     (point + normal * height).rounded()
 }
 

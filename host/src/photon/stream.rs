@@ -25,17 +25,18 @@ use super::trace::{Path, PathEnd, Segment, Tracer};
 /// and small enough that a wave stays in the cache.
 pub const CHUNK: u64 = 1024;
 
-/// Chunks whose states are kept before they are handed on: 2 MB of tallies for 16 million photons.
-const CHUNKS_AT_ONCE: u64 = 1 << 14;
-
 /// Work on the segments of a stream of photons.
 pub(crate) trait Visitor: Sync {
     /// State of a chunk.
     type State: Send;
+    /// Chunks whose states are kept before they are handed on. By default 2^14: 2 MB of small states.
+    const CHUNKS_AT_ONCE: u64 = 1 << 14;
     /// Begins a chunk.
     fn begin(&self) -> Self::State;
     /// Receives a segment. Segments come in the order of waves and, in a wave, of photons.
     fn visit(&self, state: &mut Self::State, segment: &Segment);
+    /// Ends a chunk, still in parallel.
+    fn finish(&self, _: &mut Self::State) {}
 }
 
 /// Streams a range of photons through an index over the model's triangles. Chunks begin at the first photon.
@@ -59,13 +60,14 @@ pub(crate) fn stream<I: RayIndex + Sync + ?Sized, V: Visitor>(
         tally.add_photons(tracer, first..last, index, counting, |segment| {
             visitor.visit(&mut state, segment);
         });
+        visitor.finish(&mut state);
         progress(last - first);
         (tally, state)
     };
     let mut all = Tally::default();
     let chunks = photons.end.saturating_sub(photons.start).div_ceil(CHUNK);
-    for first in (0..chunks).step_by(CHUNKS_AT_ONCE as usize) {
-        let some = first..chunks.min(first + CHUNKS_AT_ONCE);
+    for first in (0..chunks).step_by(V::CHUNKS_AT_ONCE as usize) {
+        let some = first..chunks.min(first + V::CHUNKS_AT_ONCE);
         let states: Vec<_> = some.into_par_iter().map(trace_chunk).collect();
         for (tally, state) in states {
             all.join(&tally);

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! A photon survives a hit with a probability of the triangle's reflectance, so its flux stays constant. It bounces
-//! into the side it came from, with a cosine distribution. Its path is a function of the model, the seed and the
+//! into the side it came from, with a cosine distribution. On a coloured triangle its weights change, by the share of
+//! each colour over the mean of the colours; the path does not depend on colours of the same mean. Its path is a function of the model, the seed and the
 //! photon's number, and the same with every index.
 //!
 //! # Source
@@ -39,6 +40,8 @@ pub struct Segment {
     pub ray: Ray,
     /// Hit at the end of the segment; `None` if the photon leaves the scene.
     pub hit: Option<Hit>,
+    /// Factors of red, green and blue by which the photon's flux is multiplied. All are 1 in a grey model.
+    pub weight: [f32; 3],
 }
 
 /// Reason why a photon's path ends.
@@ -61,6 +64,7 @@ pub struct Path {
     photon: u64,
     bounce: u32,
     ray: Ray,
+    weight: [f32; 3],
     random: PhotonRandom,
 }
 
@@ -72,7 +76,13 @@ impl Path {
 
     /// Makes the segment of the next ray, which ends at `hit`.
     pub fn segment(&self, hit: Option<Hit>) -> Segment {
-        Segment { photon: self.photon, bounce: self.bounce, ray: self.ray, hit }
+        Segment {
+            photon: self.photon,
+            bounce: self.bounce,
+            ray: self.ray,
+            hit,
+            weight: self.weight,
+        }
     }
 }
 
@@ -88,7 +98,7 @@ pub struct Tracer<'m> {
 impl<'m> Tracer<'m> {
     /// Creates a tracer. A path has at most `max_bounces + 1` segments.
     pub fn new(model: &'m Model, seed: u64, max_bounces: u32) -> Self {
-        Self { model, emitter: Emitter::new(&model.lights), seed, max_bounces }
+        Self { model, emitter: Emitter::of(model), seed, max_bounces }
     }
 
     /// Returns the emitter of the model's lights.
@@ -102,7 +112,9 @@ impl<'m> Tracer<'m> {
         let mut random = PhotonRandom::new(self.seed, photon);
         let emission = self.emitter.emit(&mut random)?;
         let ray = Ray::new(emission.origin, emission.direction);
-        Some(ray.map(|ray| Path { photon, bounce: 0, ray, random }).map_err(|_| PathEnd::Refused))
+        let weight = emission.weight;
+        let path = ray.map(|ray| Path { photon, bounce: 0, ray, weight, random });
+        Some(path.map_err(|_| PathEnd::Refused))
     }
 
     /// Lets a photon bounce at a hit, or returns why its path ends there. Allocates nothing and never panics.
@@ -132,6 +144,11 @@ impl<'m> Tracer<'m> {
         };
         path.ray = bounced;
         path.bounce += 1;
+        if let Some(colour) = self.model.colours.get(id) {
+            for (weight, share) in path.weight.iter_mut().zip(colour) {
+                *weight *= share / reflectance;
+            }
+        }
         None
     }
 

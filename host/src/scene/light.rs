@@ -91,7 +91,7 @@ impl Model {
     #[must_use]
     pub fn with_default_light(mut self, up: UpAxis) -> Self {
         let bounds = self.bounds();
-        if !self.lights.is_empty() || bounds.is_empty() {
+        if !self.lights.is_empty() || !self.emitters.is_empty() || bounds.is_empty() {
             return self;
         }
         let extent = bounds.extent();

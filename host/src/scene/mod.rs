@@ -22,7 +22,7 @@ pub use error::{LineProblem, SceneError};
 pub use formats::load;
 pub use generated::{city, mixed, paper, shapes, sized, teapot};
 pub use light::UpAxis;
-pub use model::{AreaLight, Model};
+pub use model::{AreaLight, FaceLight, LitSides, Model};
 pub use surface::{DEFAULT_REFLECTANCE, Import, NotAnOrigin, Origin, Surface};
 
 #[cfg(test)]

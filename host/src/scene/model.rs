@@ -5,7 +5,8 @@ use arboleda::{Aabb, Scene, Triangle, Vec3};
 /// Triangles with their objects, reflectances and lights.
 ///
 /// # Invariants
-/// `objects` and `reflectance` have one entry for each triangle.
+/// - `objects` and `reflectance` have one entry for each triangle, and so has `colours` unless it is empty.
+/// - `reflectance` is the mean of the triangle's colour as the file has it, clamped to 0 to 1.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
     /// Name for headings: that of the built-in scene or of the file.
@@ -18,8 +19,13 @@ pub struct Model {
     pub object_names: Vec<String>,
     /// Share of light that each triangle reflects diffusely, 0 to 1.
     pub reflectance: Vec<f32>,
-    /// Light sources of the photons.
+    /// Share of red, green and blue that each triangle reflects, 0 to 1. Empty if every surface is grey; then each
+    /// share is the triangle's reflectance.
+    pub colours: Vec<[f32; 3]>,
+    /// Light sources of the photons that are not triangles.
     pub lights: Vec<AreaLight>,
+    /// Triangles that emit light. They also reflect, and block light.
+    pub emitters: Vec<FaceLight>,
     /// Point that was subtracted from the file's coordinates. A position plus `origin` is in the file's coordinates.
     pub origin: [f64; 3],
 }
@@ -35,6 +41,27 @@ pub struct AreaLight {
     pub edge_v: Vec3,
     /// Emitted power in watts.
     pub flux: f32,
+}
+
+/// Triangle that emits light, with a cosine distribution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceLight {
+    /// Id of the triangle.
+    pub triangle: u32,
+    /// Radiance of red, green and blue, in W/(m2 sr).
+    pub radiance: [f32; 3],
+    /// Sides that emit.
+    pub sides: LitSides,
+}
+
+/// Sides on which a triangle emits light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LitSides {
+    /// The side from which the corners are seen counter-clockwise.
+    #[default]
+    Front,
+    /// Both sides, each with the same radiance.
+    Both,
 }
 
 impl Model {
@@ -65,6 +92,36 @@ impl Model {
         self.triangles.extend(triangles);
         self.objects.resize(self.triangles.len(), object);
         self.reflectance.resize(self.triangles.len(), reflectance);
+        if !self.colours.is_empty() {
+            self.colours.resize(self.triangles.len(), [reflectance; 3]);
+        }
+    }
+
+    /// Returns the shares of red, green and blue that a triangle reflects; 0 if no triangle has this id.
+    pub fn colour(&self, id: u32) -> [f32; 3] {
+        let grey = || self.reflectance.get(id as usize).map_or([0.0; 3], |&share| [share; 3]);
+        self.colours.get(id as usize).copied().unwrap_or_else(grey)
+    }
+
+    /// Tells whether all photons stay as white as their lights: every surface and every emitter is grey.
+    pub fn is_grey(&self) -> bool {
+        let grey = |light: &FaceLight| light.radiance == [light.radiance[0]; 3];
+        self.colours.is_empty() && self.emitters.iter().all(grey)
+    }
+
+    /// Lets every emitting triangle emit on both sides.
+    #[must_use]
+    pub fn with_two_sided_lights(mut self) -> Self {
+        for light in &mut self.emitters {
+            light.sides = LitSides::Both;
+        }
+        self
+    }
+
+    /// Replaces all lights, also the emitting triangles.
+    pub fn replace_lights(&mut self, lights: Vec<AreaLight>) {
+        self.lights = lights;
+        self.emitters.clear();
     }
 
     /// Computes the bounding box of all triangles.
