@@ -1,7 +1,7 @@
 //! The `std` side of Arboleda: scenes, photons, comparisons, reports.
 //!
 //! ```text
-//! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> report
+//! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> density -> report
 //!                                    |
 //!                 contenders (what can be measured) -> bench (how) -> studies (what is compared) -> report
 //! ```
@@ -20,6 +20,7 @@
 pub mod bench;
 pub mod commands;
 pub mod contenders;
+pub mod density;
 pub mod files;
 mod index;
 pub mod photon;

@@ -54,6 +54,11 @@ impl TimedIndex {
         Ok(Self { index, build_seconds, scratch_bytes })
     }
 
+    /// Returns the index without its measurements.
+    pub fn into_index(self) -> OwnedIndex {
+        self.index
+    }
+
     /// Returns the number of index bytes, triangles included if the index holds them.
     pub fn bytes(&self) -> usize {
         self.index.as_bytes().len()

@@ -1,0 +1,29 @@
+//! Irradiance from the density of photons.
+//!
+//! ```text
+//! PhotonSource (model, index, numbers of photons)
+//!    |-> photon_map: stored photons; k nearest or a radius --\
+//!    \-> tangent_plane: streamed photons; discs indexed ------+-> Estimate
+//!                          visible: part of a disc, kernel --/
+//! ```
+//! Every estimate is a function of the model and the options. It does not depend on the index, the threads or the
+//! machine: photons are in a total order, sums are of whole numbers, and only `+ - * / sqrt` and `libm` are used on
+//! floats.
+
+mod estimate;
+#[cfg(test)]
+mod fixtures;
+mod kernel;
+mod photon_map;
+mod receiver;
+mod source;
+mod tangent_plane;
+mod visible;
+
+pub use estimate::{Estimate, Sums};
+pub use kernel::Kernel;
+pub use photon_map::{Facing, Found, Gather, MapError, MapEstimator, MapFileError, PhotonMap};
+pub use receiver::Receiver;
+pub use source::{Balance, Bounces, PhotonSource};
+pub use tangent_plane::{DiscError, Discs, Domain, TangentPlane};
+pub use visible::{Fan, VisiblePolygon};

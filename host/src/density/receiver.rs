@@ -1,0 +1,78 @@
+//! Receiver: a point and the side on which light falls on it.
+
+use arboleda::{Hit, Triangle, Vec3};
+
+use crate::photon::offset::height;
+use crate::vector::Vector64;
+
+/// Point with a unit normal towards the lit side. It need not lie on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    position: Vec3,
+    normal: Vector64,
+}
+
+impl Receiver {
+    /// Creates a receiver. The normal may have any length but 0. `None` if a coordinate is not finite or the normal
+    /// is 0.
+    pub fn new(position: Vec3, normal: Vec3) -> Option<Self> {
+        let normal = Vector64::from(normal);
+        let length = normal.length();
+        // The comparison is false for NaN too.
+        let valid = position.is_finite() && length > 0.0 && length.is_finite();
+        valid.then(|| Self { position, normal: normal / length })
+    }
+
+    /// Creates the receiver at a hit of a ray: the hit point in `f32`, and the triangle's geometric normal on the side
+    /// from which the ray comes. `None` if the triangle has no area.
+    pub fn at_hit(triangle: &Triangle, hit: &Hit, direction: Vec3) -> Option<Self> {
+        let normal = unit_normal(triangle)?;
+        let towards = normal.dot(direction.into()) <= 0.0;
+        let position = hit_point(triangle, hit);
+        Some(Self { position, normal: if towards { normal } else { -normal } })
+    }
+
+    /// Returns the position.
+    pub fn position(&self) -> Vec3 {
+        self.position
+    }
+
+    pub(super) fn point(&self) -> Vector64 {
+        self.position.into()
+    }
+
+    pub(super) fn normal(&self) -> Vector64 {
+        self.normal
+    }
+
+    /// Returns the distance from the plane up to which rounding may move points of the plane that are at most `reach`
+    /// away: four of the heights by which photons are lifted from a surface.
+    pub(super) fn slack(&self, reach: f64) -> f64 {
+        let largest = self.point().largest() + reach;
+        4.0 * height(largest, largest)
+    }
+}
+
+/// Computes the unit normal of a triangle, towards the side from which its corners are seen counter-clockwise; `None`
+/// without area.
+pub(super) fn unit_normal(triangle: &Triangle) -> Option<Vector64> {
+    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
+    let normal = (b - a).cross(c - a);
+    let length = normal.length();
+    (length > 0.0).then(|| normal / length)
+}
+
+/// Computes the `f32` point nearest to a hit, from its weights `u` and `v`. A point from `t` would lie off the triangle
+/// if the ray begins far away.
+#[inline]
+pub(super) fn hit_point(triangle: &Triangle, hit: &Hit) -> Vec3 {
+    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
+    (a + (b - a) * f64::from(hit.u) + (c - a) * f64::from(hit.v)).rounded()
+}
+
+/// Computes the squared distance of two points of `f32` coordinates, in `f64`. All estimators decide by this value.
+#[inline]
+pub(super) fn distance_squared(a: Vector64, b: Vector64) -> f64 {
+    let offset = a - b;
+    offset.dot(offset)
+}
