@@ -18,7 +18,7 @@ use ply_rs_bw::ply::{
 };
 
 use crate::scene::SceneError;
-use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
+use crate::scene::surface::{Material, Surface};
 
 /// Reads the bytes of a PLY file; its faces are one object.
 ///
@@ -44,7 +44,7 @@ pub fn read(bytes: &[u8], name: &Path) -> Result<Surface, SceneError> {
 
     // 2. The elements, in the order of the file.
     let object = surface.add_object("unnamed");
-    surface.begin_part(object, DEFAULT_REFLECTANCE);
+    surface.begin_part(object, Material::DEFAULT);
     let mut short_face_count = 0;
     for (_, element) in &header.elements {
         let mut rows = Rows { reader: &mut reader, header: &header, element };

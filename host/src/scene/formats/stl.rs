@@ -14,7 +14,7 @@ use std::path::Path;
 
 use super::lines::lines;
 use crate::scene::SceneError;
-use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface};
+use crate::scene::surface::{Material, Surface};
 
 /// Bytes before the first triangle of a binary file: a heading of 80 bytes, and the number of triangles.
 const HEADING: usize = 84;
@@ -86,7 +86,7 @@ fn read_binary(bytes: &[u8], surface: &mut Surface) -> Result<(), SceneError> {
         surface.warn(format_args!("{rest} bytes after the last triangle ignored"));
     }
     let object = surface.add_object("unnamed");
-    surface.begin_part(object, DEFAULT_REFLECTANCE);
+    surface.begin_part(object, Material::DEFAULT);
     for record in records.take(count as usize) {
         let corner = |first: usize| {
             [0, 4, 8].map(|at| {
@@ -138,7 +138,7 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
                     if !is_begun {
                         let name = if name.is_empty() { "unnamed" } else { &name };
                         let object = surface.add_object(name);
-                        surface.begin_part(object, DEFAULT_REFLECTANCE);
+                        surface.begin_part(object, Material::DEFAULT);
                         is_begun = true;
                     }
                     surface.add_triangle([a, b, c]);

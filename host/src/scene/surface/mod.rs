@@ -6,6 +6,7 @@
 //! ```
 //! Every format becomes a surface, so all formats are converted and checked in the same way.
 
+mod material;
 mod origin;
 mod place;
 mod precision;
@@ -13,17 +14,10 @@ mod precision;
 use std::path::PathBuf;
 
 use super::SceneError;
+pub use material::DEFAULT_REFLECTANCE;
+pub(in crate::scene) use material::Material;
 pub use origin::{NotAnOrigin, Origin};
 pub use place::Import;
-
-/// Reflectance of surfaces without a material.
-pub const DEFAULT_REFLECTANCE: f32 = 0.5;
-
-/// Computes the reflectance of a diffuse colour: the mean of its components, clamped to `0..=1`.
-pub(super) fn mean([red, green, blue]: [f32; 3]) -> f32 {
-    let sum = f64::from(red) + f64::from(green) + f64::from(blue);
-    ((sum / 3.0) as f32).clamp(0.0, 1.0)
-}
 
 /// Polygons of a scene file.
 ///
@@ -49,7 +43,7 @@ pub struct Surface {
 struct Part {
     first_face: usize,
     object: u32,
-    reflectance: f32,
+    material: Material,
 }
 
 impl Surface {
@@ -84,9 +78,9 @@ impl Surface {
         self.object_names.len() as u32 - 1
     }
 
-    /// Begins a part: faces added from now on have this object and reflectance.
-    pub(super) fn begin_part(&mut self, object: u32, reflectance: f32) {
-        self.parts.push(Part { first_face: self.arities.len(), object, reflectance });
+    /// Begins a part: faces added from now on have this object and material.
+    pub(super) fn begin_part(&mut self, object: u32, material: Material) {
+        self.parts.push(Part { first_face: self.arities.len(), object, material });
     }
 
     /// Adds a face. The caller guarantees three corners or more, and that all corners exist when the surface is placed.

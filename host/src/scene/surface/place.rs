@@ -2,15 +2,17 @@
 
 use arboleda::{Triangle, Vec3};
 
+use super::Material;
 use super::origin::{Origin, Written};
 use super::{Surface, precision};
 use crate::scene::polygon::{Divider, PolygonDivision};
-use crate::scene::{Model, SceneError};
+use crate::scene::{FaceLight, LitSides, Model, SceneError};
+use crate::vector::Vector64;
 
 /// Model of a scene file, with warnings about contents that the model lacks.
 #[derive(Clone, Debug)]
 pub struct Import {
-    /// Model without lights.
+    /// Model with the emitting triangles of the file, and without other lights.
     pub model: Model,
     /// Warnings, one line each: ignored elements, omitted faces, missing material files, coordinates that lose digits.
     pub warnings: Vec<String>,
@@ -36,17 +38,18 @@ impl Surface {
             .map(|position| round([0, 1, 2].map(|axis| position[axis] - model.origin[axis])))
             .collect();
 
-        // 2. Faces, in order, with the object and reflectance of their part.
+        // 2. Faces, in order, with the object and material of their part.
         let (mut not_finite, mut crossing) = (0, 0);
         let mut first_not_finite = None;
         let mut divider = Divider::default();
         let mut corners = Vec::new();
         let mut parts = self.parts.iter().peekable();
-        let (mut object, mut reflectance) = (0, super::DEFAULT_REFLECTANCE);
+        let (mut object, mut material) = (0, Material::DEFAULT);
+        let coloured = !self.parts.iter().all(|part| part.material.is_grey());
         model.triangles.reserve(self.corners.len() - 2 * self.arities.len());
         for (number, face) in self.faces().enumerate() {
             while let Some(part) = parts.next_if(|part| part.first_face <= number) {
-                (object, reflectance) = (part.object, part.reflectance);
+                (object, material) = (part.object, part.material);
             }
             corners.clear();
             corners.extend(face.iter().map(|&corner| vertices[corner as usize]));
@@ -59,10 +62,24 @@ impl Surface {
             crossing += usize::from(division == PolygonDivision::Crossing);
             for ids in triangles {
                 let [a, b, c] = ids.map(|id| corners[id]);
-                model.triangles.push(Triangle::new(a, b, c));
+                let triangle = Triangle::new(a, b, c);
+                // A triangle without area emits nothing.
+                if material.emits() && has_area(&triangle) {
+                    let id = model.triangles.len() as u32;
+                    let radiance = material.radiance;
+                    model.emitters.push(FaceLight {
+                        triangle: id,
+                        radiance,
+                        sides: LitSides::Front,
+                    });
+                }
+                model.triangles.push(triangle);
             }
             model.objects.resize(model.triangles.len(), object);
-            model.reflectance.resize(model.triangles.len(), reflectance);
+            model.reflectance.resize(model.triangles.len(), material.reflectance);
+            if coloured {
+                model.colours.resize(model.triangles.len(), material.colour);
+            }
         }
 
         // 3. Warnings.
@@ -87,6 +104,11 @@ impl Surface {
         }
         Ok(Import { model, warnings: self.warnings })
     }
+}
+
+fn has_area(triangle: &Triangle) -> bool {
+    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
+    (b - a).cross(c - a).length() > 0.0
 }
 
 /// Rounds each coordinate to the nearest `f32`. Coordinates beyond the largest `f32` become infinite.

@@ -22,7 +22,7 @@ use gltf::{Document, Gltf, Mesh, Node, Primitive};
 
 use super::Companions;
 use crate::scene::SceneError;
-use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface, mean};
+use crate::scene::surface::{Material, Surface};
 use buffers::Buffers;
 use transform::Matrix;
 
@@ -193,7 +193,7 @@ fn add_mesh(
         }
         left_out.morphs += usize::from(primitive.morph_targets().next().is_some());
         let object = *object.get_or_insert_with(|| surface.add_object(name));
-        surface.begin_part(object, reflectance(&primitive));
+        surface.begin_part(object, material(&primitive));
         add_primitive(surface, &primitive, transform, buffers).map_err(|problem| {
             let place = format!("mesh {}, primitive {}", mesh.index(), primitive.index());
             surface.malformed(place, problem)
@@ -241,15 +241,16 @@ fn add_primitive(
     Ok(())
 }
 
-/// Computes the reflectance: the mean of the base colour. With a texture, which may have any colour, it is the default.
-fn reflectance(primitive: &Primitive<'_>) -> f32 {
+/// Makes the material: the base colour. With a texture, which may have any colour, it is the default. Emission is
+/// ignored, because its unit is not that of a radiance.
+fn material(primitive: &Primitive<'_>) -> Material {
     let material = primitive.material();
     let surface = material.pbr_metallic_roughness();
     if material.index().is_none() || surface.base_color_texture().is_some() {
-        return DEFAULT_REFLECTANCE;
+        return Material::DEFAULT;
     }
     let [red, green, blue, _] = surface.base_color_factor();
-    mean([red, green, blue])
+    Material::of_colour([red, green, blue])
 }
 
 #[cfg(test)]

@@ -21,8 +21,8 @@
 //!
 //! # Source
 //! Wavefront Technologies, *Advanced Visualizer manual*, appendix B1 (OBJ), and the material format MTL. Curves,
-//! free-form surfaces, texture coordinates, normals and colours of vertices are ignored. Emission (`Ke`) is ignored
-//! too, because lights are parallelograms.
+//! free-form surfaces, texture coordinates, normals and colours of vertices are ignored. Emission (`Ke`) is a radiance,
+//! on the front of each face; highlights, transparency and textures are not simulated.
 
 mod materials;
 mod text;
@@ -34,14 +34,15 @@ use tobj::{LoadError, LoadOptions};
 
 use super::Companions;
 use crate::scene::SceneError;
-use crate::scene::surface::{DEFAULT_REFLECTANCE, Surface, mean};
+use crate::scene::surface::{DEFAULT_REFLECTANCE, Material, Surface};
+use materials::Ignored;
 use text::Reduced;
 
 /// Reads the bytes of an OBJ file. Messages contain the path `name`; its last part names the model; material files are
 /// read from its folder.
 ///
-/// Each `o`, and each `g` inside an `o`, is an object. A name that occurs again continues its object. The reflectance
-/// is the mean of the material's diffuse colour (`Kd`).
+/// Each `o`, and each `g` inside an `o`, is an object. A name that occurs again continues its object. A surface reflects
+/// the material's diffuse colour (`Kd`), and emits its radiance (`Ke`) on the front.
 ///
 /// # Errors
 /// [`SceneError::Line`], [`SceneError::NoFaces`].
@@ -71,14 +72,16 @@ pub fn read(bytes: &[u8], name: &Path, companions: &Companions) -> Result<Surfac
     }
 
     // 2. Read the reduced text. All its faces have three corners or more.
-    let surface = RefCell::new(surface);
+    let surface = RefCell::new((surface, Ignored::default()));
     let read =
         tobj::load_obj_buf(&mut reduced.text.as_bytes(), &LoadOptions::default(), |library| {
-            load_library(name, library, companions, &mut surface.borrow_mut())
+            let (surface, ignored) = &mut *surface.borrow_mut();
+            load_library(name, library, companions, surface, ignored)
         });
     let (parts, materials) =
         read.map_err(|source| SceneError::Refused { file: name.into(), source })?;
-    let (mut surface, materials) = (surface.into_inner(), materials.unwrap_or_default());
+    let ((mut surface, ignored), materials) = (surface.into_inner(), materials.unwrap_or_default());
+    ignored.warnings().for_each(|warning| surface.warn(warning));
     if !reduced.names_library && !reduced.materials_used.is_empty() {
         surface.warn(format_args!(
             "{} materials are used, but no material file is named (`mtllib`); \
@@ -113,9 +116,8 @@ fn assemble(
     for part in parts {
         // In the reduced text, the name of an object is its number.
         let object = part.name.parse().unwrap_or(0);
-        let diffuse = part.mesh.material_id.and_then(|id| materials.get(id)?.diffuse);
-        let colour = diffuse.map(|colour| colour.map(|component| component as f32));
-        surface.begin_part(object, colour.map_or(DEFAULT_REFLECTANCE, mean));
+        let material = part.mesh.material_id.and_then(|id| materials.get(id));
+        surface.begin_part(object, material.map_or(Material::DEFAULT, converted));
         let first = surface.vertex_count() as u32;
         for position in part.mesh.positions.chunks_exact(3) {
             surface.add_vertex([position[0], position[1], position[2]]);
@@ -132,6 +134,13 @@ fn assemble(
     }
 }
 
+fn converted(material: &tobj::Material) -> Material {
+    let rounded = |colour: [f64; 3]| colour.map(|component| component as f32);
+    let reflecting = material.diffuse.map(rounded).map(Material::of_colour);
+    let radiance = material.emissive.map_or([0.0; 3], rounded);
+    Material { radiance, ..reflecting.unwrap_or(Material::DEFAULT) }
+}
+
 /// Reads the material files of an `mtllib` line: one file whose name may contain spaces, or several files, separated by
 /// spaces, each in quotes or not.
 fn load_library(
@@ -139,6 +148,7 @@ fn load_library(
     library: &Path,
     companions: &Companions,
     surface: &mut Surface,
+    ignored: &mut Ignored,
 ) -> tobj::MTLLoadResult {
     let beside = |name: &str| model.parent().unwrap_or(Path::new("")).join(name);
     // Tries the name as written, then with `/` for `\`.
@@ -159,7 +169,7 @@ fn load_library(
         match file {
             Ok((file, bytes)) => {
                 let text = String::from_utf8_lossy(&bytes);
-                materials::reduce(&text, &file, &mut reduced, &mut warnings);
+                ignored.join(&materials::reduce(&text, &file, &mut reduced, &mut warnings));
             }
             Err((file, error)) => warnings.push(format!(
                 "cannot read the material file {}: {error}; \

@@ -324,3 +324,48 @@ fn usual_coordinates_lose_nothing_worth_a_word() {
             .ends_with("no `--origin` helps: the scene is too large for its edges")
     );
 }
+
+/// The Cornell box with the walls' colours and the lamp's radiance of McGuire's data.
+const CORNELL: &str = "newmtl white\nKd 0.725 0.71 0.68\nnewmtl red\nKd 0.63 0.065 0.05\nnewmtl green\nKd 0.14 0.45 0.091\n\
+                       newmtl light\nKd 0.78 0.78 0.78\nKe 17 12 4\n";
+
+fn with_materials(text: &str, mtl: &'static str) -> Import {
+    let beside = |_: &Path| Ok(mtl.into());
+    let surface = read(text.as_bytes(), Path::new("test.obj"), &beside).unwrap();
+    surface.place(Origin::Unchanged).unwrap()
+}
+
+#[test]
+fn emitting_faces_have_the_flux_of_their_radiance() {
+    let flux = |text: &str, mtl| {
+        let model = with_materials(text, mtl).model;
+        (crate::photon::Emitter::of(&model).total_flux(), model)
+    };
+    let (square, model) =
+        flux(&format!("mtllib a.mtl\n{SQUARE}usemtl a\nf 1 2 3 4\n"), "newmtl a\nKe 1 1 1\n");
+    assert!((square - std::f64::consts::PI).abs() < 1e-5, "{square}");
+    assert_eq!((model.emitters.len(), model.colours.len()), (2, 0));
+    let lamp = "mtllib a.mtl\nv -0.24 1.98 0.16\nv -0.24 1.98 -0.22\nv 0.23 1.98 -0.22\nv 0.23 1.98 0.16\n\
+                usemtl light\nf 1 2 3 4\nusemtl red\nf 4 3 2\nusemtl white\nf 1 1 2\n";
+    let (lamp, model) = flux(lamp, CORNELL);
+    assert!((lamp - 6.171_973).abs() < 1e-5, "{lamp}");
+    assert_eq!(model.colours[2], [0.63, 0.065, 0.05]);
+    assert_eq!(model.colour(0), [0.78; 3]);
+    // The winding faces down.
+    assert!(model.triangles[0].normal().y < 0.0);
+    // A face without area emits nothing, and leaves the scene to the default lamp.
+    let none =
+        with_materials(&format!("mtllib a.mtl\n{SQUARE}usemtl a\nf 1 1 2\n"), "newmtl a\nKe 9\n");
+    assert!(none.model.emitters.is_empty());
+    assert_eq!(none.model.with_default_light(crate::scene::UpAxis::Y).lights.len(), 1);
+}
+
+#[test]
+fn properties_that_are_not_simulated_give_one_warning_each() {
+    let text = format!("mtllib a.mtl\n{SQUARE}usemtl a\nf 1 2 3 4\n");
+    let import =
+        with_materials(&text, "newmtl a\nKs 1\nd 0\nmap_Kd x.png\nKe nan\nnewmtl b\nKs 1 1 1\n");
+    assert_eq!(import.warnings.len(), 4, "{:?}", import.warnings);
+    assert!(import.warnings[0].contains("line 5: `Ke nan` is not a radiance"));
+    assert!(import.warnings[1].contains("2 materials have a highlight"));
+}
