@@ -18,23 +18,28 @@ pub(crate) struct Vector64 {
 impl Vector64 {
     pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
 
+    #[inline]
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self { x, y, z }
     }
 
+    #[inline]
     pub fn to_array(self) -> [f64; 3] {
         [self.x, self.y, self.z]
     }
 
     /// Rounds each coordinate to the nearest `f32`.
+    #[inline]
     pub fn rounded(self) -> Vec3 {
         Vec3::new(self.x as f32, self.y as f32, self.z as f32)
     }
 
+    #[inline]
     pub fn dot(self, other: Self) -> f64 {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    #[inline]
     pub fn cross(self, other: Self) -> Self {
         Self {
             x: self.y * other.z - self.z * other.y,
@@ -43,23 +48,27 @@ impl Vector64 {
         }
     }
 
+    #[inline]
     pub fn length(self) -> f64 {
         self.dot(self).sqrt()
     }
 
     /// Returns the largest absolute value of a coordinate.
+    #[inline]
     pub fn largest(self) -> f64 {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
 }
 
 impl From<Vec3> for Vector64 {
+    #[inline]
     fn from(v: Vec3) -> Self {
         Self { x: f64::from(v.x), y: f64::from(v.y), z: f64::from(v.z) }
     }
 }
 
 impl From<[f64; 3]> for Vector64 {
+    #[inline]
     fn from([x, y, z]: [f64; 3]) -> Self {
         Self { x, y, z }
     }
@@ -67,6 +76,7 @@ impl From<[f64; 3]> for Vector64 {
 
 impl Add for Vector64 {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
     }
@@ -74,6 +84,7 @@ impl Add for Vector64 {
 
 impl Sub for Vector64 {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
     }
@@ -81,6 +92,7 @@ impl Sub for Vector64 {
 
 impl Mul<f64> for Vector64 {
     type Output = Self;
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
@@ -88,6 +100,7 @@ impl Mul<f64> for Vector64 {
 
 impl Div<f64> for Vector64 {
     type Output = Self;
+    #[inline]
     fn div(self, divisor: f64) -> Self {
         Self { x: self.x / divisor, y: self.y / divisor, z: self.z / divisor }
     }
@@ -95,6 +108,7 @@ impl Div<f64> for Vector64 {
 
 impl Neg for Vector64 {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Self { x: -self.x, y: -self.y, z: -self.z }
     }

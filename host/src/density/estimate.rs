@@ -4,7 +4,6 @@
 //! change a bit.
 
 use std::f64::consts::PI;
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// Irradiance at a point, estimated from photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,19 +53,20 @@ impl Sums {
     /// Adds a photon: its weights of red, green and blue, and that of the kernel.
     #[inline]
     pub fn add(&mut self, weights: [f32; 3], kernel: f64) {
+        self.count += 1;
+        if weights == [1.0; 3] {
+            // The usual case, with a third of the work.
+            let sum = steps(kernel);
+            self.weights = self.weights.map(|before| before.saturating_add(sum));
+            self.squares = self.squares.saturating_add(steps(kernel * kernel));
+            return;
+        }
         let [red, green, blue] = weights.map(|weight| f64::from(weight) * kernel);
         let mean = (red + green + blue) / 3.0;
-        self.count += 1;
         for (sum, weight) in self.weights.iter_mut().zip([red, green, blue]) {
             *sum = sum.saturating_add(steps(weight));
         }
         self.squares = self.squares.saturating_add(steps(mean * mean));
-    }
-
-    /// Returns the sums over `count` photons of weight 1.
-    pub fn of_count(count: u32) -> Self {
-        let sum = u64::from(count) << 24;
-        Self { count, weights: [sum; 3], squares: sum }
     }
 
     /// Returns the number of photons.
@@ -94,56 +94,4 @@ impl Sums {
 /// Computes the area of a disc.
 pub(super) fn disc_area(radius_squared: f64) -> f64 {
     PI * radius_squared
-}
-
-/// Sums of many estimates that any thread may add to.
-#[derive(Debug)]
-pub(super) struct SharedSums {
-    counts: Vec<AtomicU32>,
-    /// Weights and squares; empty if every photon has the weight 1.
-    weights: Vec<[AtomicU64; 4]>,
-}
-
-impl SharedSums {
-    /// Creates sums of `len` estimates. If they are `uniform`, every photon has the weight 1, and 4 bytes an estimate
-    /// suffice.
-    pub fn new(len: usize, uniform: bool) -> Self {
-        let weights = if uniform { 0 } else { len };
-        Self {
-            counts: (0..len).map(|_| AtomicU32::new(0)).collect(),
-            weights: (0..weights).map(|_| [const { AtomicU64::new(0) }; 4]).collect(),
-        }
-    }
-
-    /// Adds a photon to an estimate. Sums of whole numbers do not depend on the order, so relaxed ordering suffices.
-    #[inline]
-    pub fn add(&self, at: usize, weights: [f32; 3], kernel: f64) {
-        self.counts[at].fetch_add(1, Ordering::Relaxed);
-        if let Some(slots) = self.weights.get(at) {
-            let mut sums = Sums::default();
-            sums.add(weights, kernel);
-            let [red, green, blue] = sums.weights;
-            for (slot, sum) in slots.iter().zip([red, green, blue, sums.squares]) {
-                slot.fetch_add(sum, Ordering::Relaxed);
-            }
-        }
-    }
-
-    /// Returns the bytes of the sums.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.counts.as_slice()) + size_of_val(self.weights.as_slice())
-    }
-
-    /// Returns the sums of an estimate.
-    pub fn get(&self, at: usize) -> Sums {
-        let count = self.counts[at].load(Ordering::Relaxed);
-        match self.weights.get(at) {
-            None => Sums::of_count(count),
-            Some(slots) => {
-                let [red, green, blue, squares] =
-                    [0, 1, 2, 3].map(|slot| slots[slot].load(Ordering::Relaxed));
-                Sums { count, weights: [red, green, blue], squares }
-            }
-        }
-    }
 }

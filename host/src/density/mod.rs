@@ -11,18 +11,22 @@
 //! floats.
 
 mod estimate;
+mod estimator;
 #[cfg(test)]
 mod fixtures;
 mod kernel;
 mod photon_map;
+mod radius;
 mod receiver;
 mod source;
 mod tangent_plane;
 mod visible;
 
 pub use estimate::{Estimate, Sums};
+pub use estimator::{Estimator, EstimatorError, LightField, Work};
 pub use kernel::Kernel;
 pub use photon_map::{Facing, Found, Gather, MapError, MapEstimator, MapFileError, PhotonMap};
+pub use radius::{automatic_radius, wanted_photons};
 pub use receiver::Receiver;
 pub use source::{Balance, Bounces, PhotonSource};
 pub use tangent_plane::{DiscError, Discs, Domain, TangentPlane};

@@ -32,6 +32,22 @@ impl Receiver {
         Some(Self { position, normal: if towards { normal } else { -normal } })
     }
 
+    /// Returns the receiver at another point of its plane.
+    #[must_use]
+    pub fn moved_to(&self, position: Vec3) -> Self {
+        Self { position, normal: self.normal }
+    }
+
+    /// Returns the bits of the normal, by which receivers in one plane can be brought together.
+    pub fn normal_bits(&self) -> [u64; 3] {
+        self.normal.to_array().map(f64::to_bits)
+    }
+
+    /// Tells whether two receivers face the same way.
+    pub fn faces_as(&self, other: &Self) -> bool {
+        self.normal == other.normal
+    }
+
     /// Returns the position.
     pub fn position(&self) -> Vec3 {
         self.position

@@ -90,7 +90,7 @@ impl Balance {
 
 impl PhotonSource<'_> {
     /// Streams all segments to a visitor, in the caller's pool. `end` receives the states of the chunks in their order.
-    pub(super) fn stream<V: Visitor>(
+    pub(crate) fn stream<V: Visitor>(
         &self,
         progress: &(impl Fn(u64) + Sync),
         visitor: &V,

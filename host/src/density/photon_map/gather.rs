@@ -59,25 +59,23 @@ impl MapEstimator {
             Gather::Nearest { k, max_radius } => {
                 let max_radius = f64::from(max_radius);
                 map.first(receiver, Some(self.facing), k, max_radius, found);
-                match found.iter().max().map(Found::distance_squared) {
+                match found.iter().max().copied() {
                     // At a distance of 0 there is no density.
-                    Some(squared) if found.len() >= k && squared > 0.0 => {
-                        self.of_nearest(map, found, squared)
+                    Some(farthest) if found.len() >= k && farthest.distance_squared() > 0.0 => {
+                        self.of_nearest(map, found, farthest)
                     }
-                    _ => self.of_disc(map, receiver, max_radius, None),
+                    _ => self.of_all(map, found, max_radius),
                 }
             }
             Gather::Within { radius } => self.of_disc(map, receiver, radius.into(), polygon),
         }
     }
 
-    fn of_nearest(&self, map: &PhotonMap, found: &[Found], squared: f64) -> Estimate {
-        let farthest = found.iter().max().copied();
-        let mut sums = Sums::default();
-        for photon in found.iter().filter(|&&photon| Some(photon) != farthest) {
-            let kernel = self.kernel.weight(photon.distance_squared() / squared);
-            sums.add(map.weights(photon.at as usize), kernel);
-        }
+    /// Estimates from the k nearest, of which the farthest is not counted.
+    fn of_nearest(&self, map: &PhotonMap, found: &[Found], farthest: Found) -> Estimate {
+        let squared = farthest.distance_squared();
+        let counted = found.iter().filter(|&&photon| photon != farthest);
+        let sums = self.sums(map, counted, squared);
         let flux = map.balance.photon_flux();
         let mut estimate = sums.estimate(flux, disc_area(squared), squared.sqrt());
         estimate.count = found.len() as u32;
@@ -86,6 +84,27 @@ impl MapEstimator {
         let factor = ((k - 1.0) / (k - 2.0).max(1.0)).sqrt();
         estimate.standard_error = (f64::from(estimate.standard_error) * factor) as f32;
         estimate
+    }
+
+    /// Estimates from all photons within the largest radius, fewer than k.
+    fn of_all(&self, map: &PhotonMap, found: &[Found], radius: f64) -> Estimate {
+        let squared = radius * radius;
+        let sums = self.sums(map, found.iter(), squared);
+        sums.estimate(map.balance.photon_flux(), disc_area(squared), radius)
+    }
+
+    fn sums<'f>(
+        &self,
+        map: &PhotonMap,
+        found: impl Iterator<Item = &'f Found>,
+        radius_squared: f64,
+    ) -> Sums {
+        let mut sums = Sums::default();
+        for photon in found {
+            let kernel = self.kernel.weight(photon.distance_squared() / radius_squared);
+            sums.add(map.weights(photon.at as usize), kernel);
+        }
+        sums
     }
 
     fn of_disc(

@@ -24,13 +24,13 @@ use crate::photon::hemisphere::tangents;
 use crate::vector::Vector64;
 
 /// Most discs of a carrier.
-const MOST_DISCS: usize = 32;
+const MOST_DISCS: usize = 64;
 /// Largest half side of the box around the centres of a carrier's discs, in radii.
-const SPREAD: f64 = 0.35;
+const SPREAD: f64 = 0.5;
 /// Radius of a carrier's inscribed circle over that which the discs need. The carrier's corners are rounded to `f32`,
 /// which tilts it by at most 2^-22 of its distance from the origin; only rays within that share of the plane, over the
 /// margin, could cross a disc and miss the carrier.
-const MARGIN: f64 = 1.125;
+const MARGIN: f64 = 1.0625;
 
 /// Carrier of consecutive discs.
 #[derive(Clone, Debug)]

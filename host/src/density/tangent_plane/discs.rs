@@ -1,4 +1,11 @@
-//! Discs around receivers, their index, and their counts.
+//! Discs around receivers, their index, and their sums.
+//!
+//! ```text
+//! chunks of photons, in parallel      segments -> index -> pairs (carrier, segment)
+//! some chunks together                pairs sorted by carrier
+//! carriers, in parallel               discs of the carrier x its segments -> sums
+//! ```
+//! A disc belongs to one carrier, so no two threads add to its sum, and the segments of a carrier stay in the cache.
 
 use arboleda::{BuildError, Hit, IndexKind, Options, OwnedIndex, Ray, RayIndex, Scene, Triangle};
 use rayon::prelude::*;
@@ -7,13 +14,11 @@ use thiserror::Error;
 use super::carriers::{Carrier, carriers};
 use super::crossing::{Crossing, Flight, Reach, crossing};
 use super::{Domain, TangentPlane};
-use crate::density::Kernel;
-use crate::density::estimate::{Estimate, SharedSums, disc_area};
+use crate::density::estimate::{Estimate, Sums, disc_area};
 use crate::density::receiver::{Receiver, hit_point, unit_normal};
 use crate::density::source::{Balance, PhotonSource};
 use crate::density::visible::{Fan, VisiblePolygon};
 use crate::photon::{Segment, Visitor};
-use crate::scene::Model;
 use crate::{Threads, TimedIndex};
 
 /// Hits that a segment's buffer holds at first. It grows where a segment crosses more carriers.
@@ -38,7 +43,7 @@ pub struct Discs<'r> {
     index: OwnedIndex,
     /// Polygons of the receivers; empty for whole discs.
     polygons: Vec<VisiblePolygon<'r>>,
-    sums: SharedSums,
+    sums: Vec<Sums>,
     /// Length by which a segment is prolonged, over the cosine at its end: discs in the plane of the surface may lie
     /// behind it by rounding.
     prolonged: f64,
@@ -47,15 +52,13 @@ pub struct Discs<'r> {
 impl<'r> Discs<'r> {
     /// Makes the discs and an index of the given kind over them, in the caller's pool.
     ///
-    /// `scene` is the index over the model's triangles, for [`Domain::Visible`]. If the photons are `uniform`, with
-    /// weights of 1, and so is the kernel, a disc takes 4 bytes for its sum, else 36.
+    /// `scene` is the index over the model's triangles, for [`Domain::Visible`].
     ///
     /// # Errors
     /// [`DiscError`].
     pub fn new(
         receivers: &'r [Receiver],
         options: &TangentPlane,
-        uniform: bool,
         kind: IndexKind,
         scene: &(dyn RayIndex + Sync),
         fan: &'r Fan,
@@ -75,17 +78,80 @@ impl<'r> Discs<'r> {
         // A carrier reaches at most 3.1 radii from its discs' centres.
         let slack = |receiver: &Receiver| receiver.slack(4.0 * radius);
         let prolonged = receivers.iter().map(slack).fold(0.0, f64::max);
-        let uniform = uniform && options.kernel == Kernel::Constant;
-        let sums = SharedSums::new(receivers.len(), uniform);
+        let sums = vec![Sums::default(); receivers.len()];
         Ok(Self { receivers, options: *options, carriers, index, polygons, sums, prolonged })
     }
 
     /// Counts the photons of a source that cross each disc, in the caller's pool. The photons are streamed; `progress`
     /// is called from any thread with numbers of photons. May be called again with other photons.
-    pub fn count(&self, source: &PhotonSource<'_>, progress: &(impl Fn(u64) + Sync)) -> Balance {
+    pub fn count(
+        &mut self,
+        source: &PhotonSource<'_>,
+        progress: &(impl Fn(u64) + Sync),
+    ) -> Balance {
+        // The sums are taken out while the rest is shared.
+        let mut sums = std::mem::take(&mut self.sums);
         let index = self.index.index();
-        let counter = Counter { discs: self, index: index.as_ray_index(), source };
-        source.stream(progress, &counter, |_| {})
+        let finder = Finder { discs: self, index: index.as_ray_index(), source };
+        let mut waiting = Vec::new();
+        let balance = source.stream(progress, &finder, |met| {
+            waiting.push(met);
+            if waiting.len() as u64 == Finder::CHUNKS_AT_ONCE {
+                self.add(&mut sums, &waiting);
+                waiting.clear();
+            }
+        });
+        self.add(&mut sums, &waiting);
+        self.sums = sums;
+        balance
+    }
+
+    /// Adds the segments of some chunks to the sums of the discs that they cross.
+    fn add(&self, sums: &mut [Sums], chunks: &[Met]) {
+        /// Carriers of one task.
+        const SOME: usize = 64;
+        // 1. The segments of each carrier, by a counting sort.
+        let mut ends = vec![0_usize; self.carriers.len() + 1];
+        for &(carrier, _) in chunks.iter().flat_map(|met| &met.pairs) {
+            ends[carrier as usize + 1] += 1;
+        }
+        for carrier in 1..ends.len() {
+            ends[carrier] += ends[carrier - 1];
+        }
+        let total = ends[self.carriers.len()];
+        let mut places = ends.clone();
+        let mut sorted = vec![(0_u32, 0_u32); total];
+        for (chunk, met) in (0..).zip(chunks) {
+            for &(carrier, flight) in &met.pairs {
+                let place = &mut places[carrier as usize];
+                sorted[*place] = (chunk, flight);
+                *place += 1;
+            }
+        }
+
+        // 2. The discs of each carrier. Its sums are no other carrier's.
+        let mut tasks = Vec::new();
+        let mut rest = sums;
+        for (number, carriers) in self.carriers.chunks(SOME).enumerate() {
+            let discs = carriers.iter().map(|carrier| carrier.discs.len()).sum();
+            let (some, after) = rest.split_at_mut(discs);
+            tasks.push((number * SOME, carriers, some));
+            rest = after;
+        }
+        tasks.into_par_iter().for_each(|(first, carriers, mut sums)| {
+            for (number, carrier) in (first..).zip(carriers) {
+                let (own, after) = sums.split_at_mut(carrier.discs.len());
+                let met = &sorted[ends[number]..ends[number + 1]];
+                let flights: Vec<&(Flight, [f32; 3])> = met
+                    .iter()
+                    .map(|&(chunk, flight)| &chunks[chunk as usize].flights[flight as usize])
+                    .collect();
+                for (disc, sum) in carrier.discs.clone().zip(own) {
+                    self.add_to_disc(disc as usize, sum, &flights);
+                }
+                sums = after;
+            }
+        });
     }
 
     /// Returns the number of carriers, on which the cost of a segment depends.
@@ -98,7 +164,7 @@ impl<'r> Discs<'r> {
         self.index.as_bytes().len()
             + size_of_val(self.carriers.as_slice())
             + size_of_val(self.polygons.as_slice())
-            + self.sums.bytes()
+            + size_of_val(self.sums.as_slice())
     }
 
     /// Makes the estimate of a receiver from photons of `photon_flux` watts each.
@@ -107,7 +173,7 @@ impl<'r> Discs<'r> {
         let polygon = self.polygons.get(receiver);
         let area =
             polygon.map_or(disc_area(radius * radius), |polygon| polygon.area(self.options.kernel));
-        self.sums.get(receiver).estimate(photon_flux, area, radius)
+        self.sums[receiver].estimate(photon_flux, area, radius)
     }
 
     fn reach(&self, receiver: &Receiver) -> Reach {
@@ -119,32 +185,45 @@ impl<'r> Discs<'r> {
         }
     }
 
-    /// Adds a segment to the disc of a receiver, if it crosses the disc.
+    /// Adds the segments that cross the disc of a receiver to its sum.
     #[inline]
-    fn offer(&self, at: usize, flight: &Flight, weight: [f32; 3]) {
-        let Some(receiver) = self.receivers.get(at) else { return };
+    fn add_to_disc(&self, at: usize, sum: &mut Sums, flights: &[&(Flight, [f32; 3])]) {
+        let receiver = &self.receivers[at];
         let reach = self.reach(receiver);
-        let Some(Crossing { offset, distance_squared }) = crossing(receiver, flight, &reach) else {
-            return;
-        };
-        if self.polygons.get(at).is_none_or(|polygon| polygon.contains(offset)) {
-            let share = distance_squared / reach.radius_squared;
-            self.sums.add(at, weight, self.options.kernel.weight(share));
+        let polygon = self.polygons.get(at);
+        for (flight, weight) in flights {
+            let Some(Crossing { offset, distance_squared }) = crossing(receiver, flight, &reach)
+            else {
+                continue;
+            };
+            if polygon.is_none_or(|polygon| polygon.contains(offset)) {
+                let share = distance_squared / reach.radius_squared;
+                sum.add(*weight, self.options.kernel.weight(share));
+            }
         }
     }
 
-    /// Adds a segment to every disc that it crosses, without the index: the reference for tests.
+    /// Adds segments to every disc that they cross, without the index: the reference for tests.
     #[cfg(test)]
-    pub(super) fn offer_to_all(&self, segment: &Segment, model: &Model) {
-        let end = segment.hit.map(|hit| hit_point(&model.triangles[hit.triangle.0 as usize], &hit));
-        let flight = Flight::new(segment, end);
-        (0..self.receivers.len()).for_each(|at| self.offer(at, &flight, segment.weight));
+    pub(super) fn add_to_all(&mut self, segments: &[Segment], model: &crate::scene::Model) {
+        let end = |segment: &Segment| {
+            segment.hit.map(|hit| hit_point(&model.triangles[hit.triangle.0 as usize], &hit))
+        };
+        let flights: Vec<(Flight, [f32; 3])> = segments
+            .iter()
+            .map(|segment| (Flight::new(segment, end(segment)), segment.weight))
+            .collect();
+        let flights: Vec<_> = flights.iter().collect();
+        let mut sums = std::mem::take(&mut self.sums);
+        let discs = sums.par_iter_mut().enumerate();
+        discs.for_each(|(at, sum)| self.add_to_disc(at, sum, &flights));
+        self.sums = sums;
     }
 
     /// Returns the count of a receiver.
     #[cfg(test)]
     pub(super) fn count_of(&self, receiver: usize) -> u32 {
-        self.sums.get(receiver).count()
+        self.sums[receiver].count()
     }
 }
 
@@ -154,58 +233,67 @@ fn build(kind: IndexKind, scene: &Scene<'_>) -> Result<OwnedIndex, BuildError> {
     Ok(built.into_index())
 }
 
-/// Counts the segments of a source.
-struct Counter<'c> {
+/// Segments of a chunk that may cross discs, and the carriers that they meet.
+#[derive(Default)]
+struct Met {
+    flights: Vec<(Flight, [f32; 3])>,
+    /// Carrier, and the place in `flights`.
+    pairs: Vec<(u32, u32)>,
+    /// Memory for the hits of a segment.
+    hits: Vec<Hit>,
+}
+
+/// Finds the carriers that the segments of a source meet.
+struct Finder<'c> {
     discs: &'c Discs<'c>,
     index: &'c (dyn RayIndex + Sync),
     source: &'c PhotonSource<'c>,
 }
 
-impl Visitor for Counter<'_> {
-    /// Memory for the carriers that a segment meets.
-    type State = Vec<Hit>;
+impl Visitor for Finder<'_> {
+    type State = Met;
 
-    const CHUNKS_AT_ONCE: u64 = 1 << 10;
+    /// 131,072 photons: some 30 MB of segments, and 8 bytes for each carrier that they meet.
+    const CHUNKS_AT_ONCE: u64 = 1 << 7;
 
-    fn begin(&self) -> Vec<Hit> {
-        vec![Hit::NONE; HITS]
+    fn begin(&self) -> Met {
+        Met { hits: vec![Hit::NONE; HITS], ..Met::default() }
     }
 
-    fn visit(&self, met: &mut Vec<Hit>, segment: &Segment) {
+    fn visit(&self, met: &mut Met, segment: &Segment) {
         if !self.source.bounces.includes(segment.bounce) {
             return;
         }
         let model = self.source.model;
         let end = segment.hit.and_then(|hit| {
             let triangle = model.triangles.get(hit.triangle.0 as usize)?;
-            Some((triangle, hit, hit_point(triangle, &hit)))
+            Some((triangle, hit))
         });
-        let flight = Flight::new(segment, end.map(|(_, _, point)| point));
-        let Some(ray) = self.prolonged(segment, end.map(|(triangle, hit, _)| (triangle, hit.t)))
+        let Some(ray) = self.prolonged(segment, end.map(|(triangle, hit)| (triangle, hit.t)))
         else {
             return;
         };
-        let met = loop {
-            let answer = self.index.all_hits(&ray, met);
+        let hits = loop {
+            let answer = self.index.all_hits(&ray, &mut met.hits);
             if !answer.truncated {
-                break answer.hits;
+                break answer.hits.len();
             }
-            met.resize(met.len() * 4, Hit::NONE);
+            met.hits.resize(met.hits.len() * 4, Hit::NONE);
         };
-        for hit in met {
-            let Some(carrier) = self.discs.carriers.get(hit.triangle.0 as usize) else { continue };
-            for disc in carrier.discs.clone() {
-                self.discs.offer(disc as usize, &flight, segment.weight);
-            }
+        if hits > 0 {
+            let flight = met.flights.len() as u32;
+            let point = end.map(|(triangle, hit)| hit_point(triangle, &hit));
+            met.flights.push((Flight::new(segment, point), segment.weight));
+            met.pairs.extend(met.hits[..hits].iter().map(|hit| (hit.triangle.0, flight)));
         }
     }
 
-    fn finish(&self, met: &mut Vec<Hit>) {
-        *met = Vec::new();
+    fn finish(&self, met: &mut Met) {
+        met.hits = Vec::new();
     }
 }
 
-impl Counter<'_> {
+impl Finder<'_> {
     /// Makes the ray of a segment, prolonged beyond its end so far that it meets the carriers of all discs that it may
     /// cross.
     fn prolonged(&self, segment: &Segment, end: Option<(&Triangle, f32)>) -> Option<Ray> {

@@ -32,9 +32,8 @@ fn estimates(
 ) -> Vec<Estimate> {
     lit.shoot(photons, |source| {
         let fan = Fan::default();
-        let uniform = lit.model.is_grey();
         let kind = IndexKind::WideBvh;
-        let discs = Discs::new(receivers, options, uniform, kind, source.index, &fan).unwrap();
+        let mut discs = Discs::new(receivers, options, kind, source.index, &fan).unwrap();
         let flux = discs.count(source, &|_| {}).photon_flux();
         (0..receivers.len()).map(|at| discs.estimate(at, flux)).collect()
     })
@@ -237,9 +236,8 @@ fn slack_sees_the_inside_of_a_sphere() {
             };
             let options = TangentPlane { beyond, ..disc(0.2) };
             let fan = Fan::default();
-            let discs =
-                Discs::new(&receivers, &options, true, IndexKind::WideBvh, source.index, &fan)
-                    .unwrap();
+            let mut discs =
+                Discs::new(&receivers, &options, IndexKind::WideBvh, source.index, &fan).unwrap();
             let flux = discs.count(&source, &|_| {}).photon_flux();
             let sum: f64 =
                 (0..receivers.len()).map(|at| f64::from(discs.estimate(at, flux).mean())).sum();
@@ -309,16 +307,13 @@ fn the_index_finds_every_disc_of_all_pairs() {
     ] {
         lit.shoot(12_000, |source| {
             let fan = Fan::default();
-            let make =
-                |kind| Discs::new(&receivers, &options, true, kind, source.index, &fan).unwrap();
-            let expected = make(IndexKind::Linear);
-            for segment in &segments {
-                expected.offer_to_all(segment, &lit.model);
-            }
+            let make = |kind| Discs::new(&receivers, &options, kind, source.index, &fan).unwrap();
+            let mut expected = make(IndexKind::Linear);
+            expected.add_to_all(&segments, &lit.model);
             let total: u32 = (0..receivers.len()).map(|at| expected.count_of(at)).sum();
             assert!(total > 20_000, "{total}");
             for &kind in kinds {
-                let discs = make(kind);
+                let mut discs = make(kind);
                 assert!(discs.carrier_count() < receivers.len());
                 discs.count(source, &|_| {});
                 for at in 0..receivers.len() {
