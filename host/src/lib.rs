@@ -24,6 +24,7 @@ pub mod density;
 pub mod files;
 mod index;
 pub mod photon;
+pub mod render;
 pub mod report;
 pub mod scene;
 pub mod studies;

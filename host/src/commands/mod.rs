@@ -8,8 +8,11 @@ mod cluster_picture;
 mod compare;
 mod demo;
 mod inspect;
+mod irradiance;
+mod lit_scene;
 mod output;
 mod paper;
+mod render;
 mod separation;
 mod shoot;
 
@@ -44,6 +47,8 @@ enum Command {
     Shoot(shoot::Shoot),
     Inspect(inspect::Inspect),
     Cast(cast::Cast),
+    Irradiance(irradiance::Irradiance),
+    Render(Box<render::Render>),
     Compare(compare::Compare),
     Paper(paper::Paper),
     Separation(separation::Separation),
@@ -56,6 +61,8 @@ impl CommandLine {
             Some(Command::Shoot(shoot)) => shoot.run(),
             Some(Command::Inspect(inspect)) => inspect.run(),
             Some(Command::Cast(cast)) => cast.run(),
+            Some(Command::Irradiance(irradiance)) => irradiance.run(),
+            Some(Command::Render(render)) => render.run(),
             Some(Command::Compare(compare)) => compare.run(),
             Some(Command::Paper(paper)) => paper.run(),
             Some(Command::Separation(separation)) => separation.run(),

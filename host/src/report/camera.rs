@@ -1,4 +1,4 @@
-//! Pinhole camera that sees a whole scene from above one corner.
+//! Pinhole camera: anywhere, or where it sees a whole scene from above one corner.
 
 use arboleda::{Aabb, Ray, Vec3};
 
@@ -44,6 +44,32 @@ impl Camera {
         Self { eye, right, up: upward, forward, width, height, tangent }
     }
 
+    /// Places a camera at `eye` that looks at a point. The picture's width is `field_of_view` degrees, between 0 and 180.
+    /// `None` if the point is at the eye or straight above or below it, or a number is not finite.
+    pub fn at(
+        eye: Vec3,
+        look_at: Vec3,
+        up: Vec3,
+        field_of_view: f32,
+        (width, height): (u32, u32),
+    ) -> Option<Self> {
+        let forward = (look_at - eye).try_normalize()?;
+        // Below 1e-6, rounding decides where `right` is.
+        let right = forward.cross(up.try_normalize()?);
+        let right = (right.length() > 1e-6).then(|| right.normalize())?;
+        let tangent = libm::tanf(field_of_view.to_radians() * 0.5);
+        let valid = eye.is_finite() && tangent > 0.0 && tangent.is_finite();
+        valid.then(|| Self {
+            eye,
+            right,
+            up: right.cross(forward),
+            forward,
+            width,
+            height,
+            tangent,
+        })
+    }
+
     /// Makes the ray through a point of the picture, in pixels from the upper left; `None` if the scene is too small or
     /// large for `f32` directions.
     pub fn ray(&self, x: f32, y: f32) -> Option<Ray> {
@@ -65,6 +91,16 @@ impl Camera {
         let x = half + offset.dot(self.right) * scale;
         let y = self.height as f32 * 0.5 - offset.dot(self.up) * scale;
         Some((x, y, distance))
+    }
+
+    /// Returns the width and height of the picture in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// Returns the direction of the line of sight, of unit length.
+    pub fn forward(&self) -> Vec3 {
+        self.forward
     }
 
     /// Returns the position of the eye.

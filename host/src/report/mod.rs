@@ -1,7 +1,7 @@
 //! Pictures, plots, tables and pages for people to look at.
 //!
 //! ```text
-//! colour, number <- canvas, camera <- picture        PNG files
+//! colour, number <- canvas, camera, legend <- picture   PNG files
 //!       ^---------- plot <- html <- *_page           HTML pages
 //! ```
 
@@ -10,6 +10,7 @@ mod canvas;
 mod colour;
 pub mod grid;
 pub mod html;
+mod legend;
 mod number;
 pub mod pages;
 mod picture;
@@ -18,4 +19,7 @@ pub mod plot;
 pub use camera::{Camera, UpAxis};
 pub use canvas::Canvas;
 pub use colour::{Colour, cluster_colour, heat};
+pub use legend::{Scale, draw_legend};
+pub(crate) use number::short_number;
+pub(crate) use picture::{NIGHT, has_room_for_text};
 pub use picture::{paint_clusters, paint_irradiance};

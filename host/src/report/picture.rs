@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::camera::corners;
 use super::canvas::TEXT_HEIGHT;
 use super::colour::{cluster_colour, heat};
+use super::legend::{Scale, draw_legend};
 use super::number::short_number;
 use super::{Camera, Canvas, Colour};
 
@@ -16,7 +17,7 @@ const MARGIN: i64 = 10;
 /// Most clusters with numbers in the picture. More numbers would hide the clusters.
 const MOST_NUMBERS: usize = 48;
 /// Background of pictures of irradiance.
-const NIGHT: Colour = Colour(0.10, 0.10, 0.12);
+pub(crate) const NIGHT: Colour = Colour(0.10, 0.10, 0.12);
 /// Rays through a pixel along each axis.
 const SAMPLES: u32 = 2;
 
@@ -150,34 +151,12 @@ pub fn paint_irradiance(
     });
     if has_room_for_text(canvas) {
         canvas.text((MARGIN, MARGIN), title, Colour::PAPER, NIGHT);
-        draw_scale(canvas, brightest);
-    }
-}
-
-/// Draws the scale of colours from 0 to the brightest irradiance, with five numbers.
-fn draw_scale(canvas: &mut Canvas, brightest: f64) {
-    const STEPS: i64 = 4;
-    let width = (i64::from(canvas.width()) - 2 * MARGIN).min(480);
-    let bottom = i64::from(canvas.height()) - MARGIN;
-    let top = bottom - 2 * TEXT_HEIGHT;
-    for x in 0..width {
-        let colour = heat(x as f32 / width as f32);
-        for y in top..top + TEXT_HEIGHT - 4 {
-            canvas.blend(MARGIN + x, y, colour, 1.0);
-        }
-    }
-    for step in 0..=STEPS {
-        // Colours are by the square root of irradiance, so numbers go by the square of the share.
-        let share = step as f64 / STEPS as f64;
-        let unit = if step == STEPS { " W/m2" } else { "" };
-        let text = format!("{}{unit}", short_number(brightest * share * share));
-        let x = MARGIN + (width - 1) * step / STEPS;
-        canvas.text((x, bottom - TEXT_HEIGHT), &text, Colour::PAPER, NIGHT);
+        draw_legend(canvas, &Scale::Root(brightest), "W/m2", Colour::PAPER, NIGHT);
     }
 }
 
 /// Tells whether a picture is large enough for text.
-fn has_room_for_text(canvas: &Canvas) -> bool {
+pub(crate) fn has_room_for_text(canvas: &Canvas) -> bool {
     canvas.width() >= 480 && canvas.height() >= 360
 }
 

@@ -1,5 +1,8 @@
 //! Arguments that several commands have in common.
 
+pub mod estimator;
+pub mod light;
+pub mod photons;
 pub mod values;
 
 use std::path::PathBuf;
@@ -194,6 +197,21 @@ impl IndexChoice {
         }
         let kind = kind_by_name(&self.index).context("the parser knows all names")?;
         Ok(vec![kind])
+    }
+
+    /// Returns the one kind that the argument names, for work that is done once. The automatic selection logs its
+    /// reasons.
+    ///
+    /// # Errors
+    /// If the argument is `all`, or no index of the scene can be built.
+    pub fn kind(&self, scene: &Scene<'_>, options: &Options) -> anyhow::Result<IndexKind> {
+        anyhow::ensure!(!self.is_all(), "--index all is for comparisons: name one index, or auto");
+        self.kinds(scene, options)?.first().copied().context("an index was named")
+    }
+
+    /// Returns the kind that the argument names; `None` for `auto` and `all`.
+    pub fn named(&self) -> Option<IndexKind> {
+        kind_by_name(&self.index)
     }
 
     /// Tells whether the selection or the build depends on the sample of rays in the scene.

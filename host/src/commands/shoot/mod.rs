@@ -2,7 +2,6 @@
 
 mod comparison;
 mod flux_file;
-mod light;
 
 use std::path::PathBuf;
 
@@ -10,6 +9,7 @@ use anyhow::Context;
 use arboleda::{IndexKind, Vec3};
 use clap::Args;
 
+use super::arguments::light::LightArguments;
 use super::arguments::values::{MOST_PHOTONS, file_ending_in, threads, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{count, duration, say};
@@ -22,7 +22,6 @@ use crate::report::{Canvas, paint_irradiance};
 use crate::scene::Model;
 pub use comparison::{ShotComparison, print_digests, print_rows};
 use flux_file::write_flux;
-use light::{GivenLight, light};
 
 /// Shoot photons from the lights of a scene through one index, or through each
 ///
@@ -49,11 +48,8 @@ pub struct Shoot {
     /// Another seed gives other photons
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// An area light that replaces the scene's lights: a corner, two edges, and the flux in watts. The light shines to
-    /// the side of the cross product of the edges. Coordinates are those of the scene's file, with `--origin` too. May
-    /// be given several times
-    #[arg(long, value_name = "CX,CY,CZ,UX,UY,UZ,VX,VY,VZ,FLUX", value_parser = light, allow_hyphen_values = true)]
-    light: Vec<GivenLight>,
+    #[command(flatten)]
+    lights: LightArguments,
     /// Also count the nodes visited and the triangles tested
     #[arg(long)]
     counters: bool,
@@ -76,11 +72,7 @@ impl Shoot {
         for path in [&self.out, &self.picture].into_iter().flatten() {
             check_writable(path)?;
         }
-        let mut model = self.scene.load()?;
-        if !self.light.is_empty() {
-            model.lights = self.light.iter().map(|light| light.place(model.origin)).collect();
-        }
-        let model = model.with_default_light(self.scene.up);
+        let model = self.lights.lit(self.scene.load()?, self.scene.up);
         say!(
             "{}: {} triangles, {} photons",
             model.name,

@@ -30,8 +30,11 @@ pub enum RaysProblem {
         cure: &'static str,
     },
     /// The file does not begin as a `.npy` file does.
-    #[error("it is not a .npy file; save the rays with numpy.save")]
-    NotNpy,
+    #[error("it is not a .npy file; save the {name} with numpy.save")]
+    NotNpy {
+        /// What the file should hold.
+        name: &'static str,
+    },
     /// The header cannot be understood.
     #[error("the header of the .npy file is not valid: {0}")]
     Header(String),
@@ -46,14 +49,26 @@ pub enum RaysProblem {
         found: usize,
     },
     /// The array has another shape.
-    #[error("it has shape {0:?}; rays are of shape (N, 6) or (N, 8)")]
-    Shape(Vec<u64>),
+    #[error("it has shape {shape:?}; {name} are of shape {shapes}")]
+    Shape {
+        /// The shape in the header.
+        shape: Vec<u64>,
+        /// What the file should hold.
+        name: &'static str,
+        /// Shapes that are read.
+        shapes: &'static str,
+    },
     /// The array is stored column by column.
     #[error("it is in Fortran order; save it with numpy.ascontiguousarray")]
     FortranOrder,
     /// The numbers are of a type that cannot be read.
     #[error(
-        "it holds values of type {0}; rays are float32 or float64: save it with .astype('<f4')"
+        "it holds values of type {found}; {name} are float32 or float64: save it with .astype('<f4')"
     )]
-    Element(String),
+    Element {
+        /// The type in the header.
+        found: String,
+        /// What the file should hold.
+        name: &'static str,
+    },
 }

@@ -14,6 +14,21 @@ use npyz::{DType, NpyFile, NpyHeader, Order, TypeChar};
 use crate::files::signature::Signature;
 pub use error::{RaysError, RaysProblem};
 
+/// Columns that a file may have, and their names for messages.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    columns: &'static [u64],
+    /// What a row is: "rays".
+    name: &'static str,
+    /// Shapes that are read: "(N, 6) or (N, 8)".
+    shapes: &'static str,
+}
+
+/// Rays: origin, direction, and optionally `t_min` and `t_max`.
+pub const RAYS: Layout = Layout { columns: &[6, 8], name: "rays", shapes: "(N, 6) or (N, 8)" };
+/// Points: position, normal.
+pub const POINTS: Layout = Layout { columns: &[6], name: "points", shapes: "(N, 6)" };
+
 /// Most bytes of a header, which is `NumPy`'s limit too.
 const LONGEST_HEADER: usize = 10_000;
 /// Most opening brackets in a header. A valid header has two: that of the dictionary and that of the shape.
@@ -37,8 +52,18 @@ enum Values {
 /// # Errors
 /// [`RaysProblem::Unreadable`], and those of [`read`].
 pub fn load(path: &Path) -> Result<RayTable, RaysError> {
+    load_as(path, &RAYS)
+}
+
+/// Loads a file of a layout.
+///
+/// # Errors
+/// [`RaysProblem::Unreadable`], and those of [`read`].
+pub fn load_as(path: &Path, layout: &Layout) -> Result<RayTable, RaysError> {
     let bytes = fs::read(path).map_err(RaysProblem::Unreadable);
-    bytes.and_then(|bytes| read(&bytes)).map_err(|problem| RaysError { file: path.into(), problem })
+    bytes
+        .and_then(|bytes| read_as(&bytes, layout))
+        .map_err(|problem| RaysError { file: path.into(), problem })
 }
 
 /// Reads the bytes of a `.npy` file of rays: float32 or float64, of shape (N, 6) or (N, 8).
@@ -46,6 +71,15 @@ pub fn load(path: &Path) -> Result<RayTable, RaysError> {
 /// # Errors
 /// [`RaysProblem`], for anything else.
 pub fn read(bytes: &[u8]) -> Result<RayTable, RaysProblem> {
+    read_as(bytes, &RAYS)
+}
+
+/// Reads the bytes of a `.npy` file of a layout: float32 or float64.
+///
+/// # Errors
+/// [`RaysProblem`], for anything else.
+pub fn read_as(bytes: &[u8], layout: &Layout) -> Result<RayTable, RaysProblem> {
+    let name = layout.name;
     // 1. Checks that the crate `npyz` leaves to its callers.
     match Signature::of(bytes) {
         Some(Signature::Npy) => {}
@@ -53,11 +87,11 @@ pub fn read(bytes: &[u8]) -> Result<RayTable, RaysProblem> {
             let cure = match signature {
                 Signature::Gzip => "unpack it first, with `gunzip`",
                 Signature::Zip => "if it is .npz, save the one array with numpy.save instead",
-                _ => "save the rays with numpy.save",
+                _ => "save the numbers with numpy.save",
             };
             return Err(RaysProblem::Foreign { kind: signature.kind(), cure });
         }
-        None => return Err(RaysProblem::NotNpy),
+        None => return Err(RaysProblem::NotNpy { name }),
     }
     check_header(bytes)?;
 
@@ -66,7 +100,11 @@ pub fn read(bytes: &[u8]) -> Result<RayTable, RaysProblem> {
     let header = NpyHeader::from_reader(&mut rest)
         .map_err(|error: io::Error| RaysProblem::Header(error.to_string()))?;
     let shape = header.shape().to_vec();
-    let [count, columns @ (6 | 8)] = shape[..] else { return Err(RaysProblem::Shape(shape)) };
+    let wrong = |shape| Err(RaysProblem::Shape { shape, name, shapes: layout.shapes });
+    let [count, columns] = shape[..] else { return wrong(shape) };
+    if !layout.columns.contains(&columns) {
+        return wrong(shape);
+    }
     if header.order() == Order::Fortran && count > 1 {
         return Err(RaysProblem::FortranOrder);
     }
@@ -75,7 +113,7 @@ pub fn read(bytes: &[u8]) -> Result<RayTable, RaysProblem> {
         _ => 0,
     };
     if !matches!(bytes_each, 4 | 8) {
-        return Err(RaysProblem::Element(header.dtype().descr()));
+        return Err(RaysProblem::Element { found: header.dtype().descr(), name });
     }
     let needed =
         u128::from(count) * u128::from(columns * bytes_each) + (bytes.len() - rest.len()) as u128;
@@ -153,6 +191,29 @@ impl RayTable {
             Values::Double(values) => rays(values, self.columns, origin),
         }
     }
+}
+
+impl RayTable {
+    /// Makes points with normals relative to the scene's origin; each row is a position and a normal.
+    pub fn points(&self, origin: [f64; 3]) -> Vec<(Vec3, Vec3)> {
+        match &self.values {
+            Values::Single(values) => points(values, self.columns, origin),
+            Values::Double(values) => points(values, self.columns, origin),
+        }
+    }
+}
+
+fn points<T: Copy + Into<f64>>(
+    values: &[T],
+    columns: usize,
+    origin: [f64; 3],
+) -> Vec<(Vec3, Vec3)> {
+    let to_point = |row: &[T]| {
+        let at = |column: usize| -> f64 { row[column].into() };
+        let position = [0, 1, 2].map(|axis| (at(axis) - origin[axis]) as f32);
+        (Vec3::from_array(position), Vec3::from_array([3, 4, 5].map(|column| at(column) as f32)))
+    };
+    values.chunks_exact(columns).map(to_point).collect()
 }
 
 fn rays<T: Copy + Into<f64>>(

@@ -1,0 +1,188 @@
+//! Options of estimates of irradiance.
+
+use std::path::PathBuf;
+
+use anyhow::{bail, ensure};
+use clap::{Args, ValueEnum};
+
+use super::values::{number, whole};
+use crate::density::{
+    Bounces, Domain, Estimator, Facing, Gather, Kernel, MapEstimator, PhotonSource, TangentPlane,
+    automatic_radius, wanted_photons,
+};
+
+/// Method and options of estimates.
+#[derive(Args, Clone, Debug)]
+pub struct EstimatorArguments {
+    /// Method
+    #[arg(long, value_enum)]
+    estimator: Option<Method>,
+    /// Radius of the discs, in the scene's units. `auto` holds 200 photons on average if a million are shot, and fewer
+    /// or more in proportion to the power 2/3. For a photon map: all photons within the radius, instead of the nearest
+    #[arg(long, value_name = "R|auto", value_parser = radius, conflicts_with = "k")]
+    radius: Option<Radius>,
+    /// Number of nearest photons in an estimate by a photon map, 3 or more [default: 200 if a million photons are shot,
+    /// in proportion to the power 2/3]
+    #[arg(long, value_name = "K", value_parser = whole::<usize>(3..=100_000_000))]
+    k: Option<usize>,
+    /// Largest radius of the nearest photons; where fewer than K are closer, those within it count [default: four times
+    /// the automatic radius]
+    #[arg(long, value_name = "R", value_parser = positive)]
+    max_radius: Option<f32>,
+    /// Let photons count that end up to B radii before the plane (detp). 0 is the paper's rule; the inside of a sphere
+    /// of radius S needs R / (2 S)
+    #[arg(long, value_name = "B", default_value_t = 0.0, value_parser = number(0.0..=1e3))]
+    beyond: f32,
+    /// Part of the disc in which photons count. With a fixed radius
+    #[arg(long, value_enum, default_value_t = DomainName::Disc)]
+    domain: DomainName,
+    /// Weight of a photon by its distance
+    #[arg(long, value_enum)]
+    kernel: Option<KernelName>,
+    /// Largest angle in degrees, 0 to 90, between the surface of a photon and that of the point (photon map)
+    #[arg(long, value_name = "DEG", default_value_t = 10.0, value_parser = number(0.0..=90.0))]
+    normal_angle: f32,
+    /// Part of the light that counts
+    #[arg(long, value_enum, default_value_t = BouncesName::All)]
+    bounces: BouncesName,
+    /// Read the photons from a file that `--save-map` wrote, instead of shooting them
+    #[arg(long, value_name = "FILE")]
+    pub load_map: Option<PathBuf>,
+    /// Write the photon map, to use it again for the same scene
+    #[arg(long, value_name = "FILE")]
+    pub save_map: Option<PathBuf>,
+}
+
+/// Method of estimating irradiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Density estimation on the tangent plane: photons that cross a disc around the point, in mid-air too
+    Detp,
+    /// Photon map: photons that fell on surfaces near the point
+    PhotonMap,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum DomainName {
+    /// The whole disc: dark at the foot of walls, and light leaks through thin walls
+    Disc,
+    /// The part that the point sees, found by 32 rays
+    Visible,
+}
+
+/// Name of a kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum KernelName {
+    /// Every photon counts the same
+    Constant,
+    /// Photons count less towards the border of the disc: smoother
+    Epanechnikov,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BouncesName {
+    /// All light
+    All,
+    /// Light straight from the lamps
+    Direct,
+    /// Light that was reflected
+    Indirect,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Radius {
+    Automatic,
+    Given(f32),
+}
+
+fn radius(text: &str) -> Result<Radius, String> {
+    if text == "auto" {
+        return Ok(Radius::Automatic);
+    }
+    positive(text).map(Radius::Given)
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    let number: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    let valid = number > 0.0 && number.is_finite();
+    valid.then_some(number).ok_or_else(|| "must be finite and above 0".to_owned())
+}
+
+impl EstimatorArguments {
+    /// Returns the segments that count.
+    pub fn bounces(&self) -> Bounces {
+        match self.bounces {
+            BouncesName::All => Bounces::All,
+            BouncesName::Direct => Bounces::Direct,
+            BouncesName::Indirect => Bounces::Indirect,
+        }
+    }
+
+    /// Makes the estimator for the photons of a source. Values that were not given are found by a few of its photons;
+    /// `usual` and `kernel` are the method and the kernel if none is named.
+    ///
+    /// # Errors
+    /// If options contradict each other.
+    pub fn resolve(
+        &self,
+        source: &PhotonSource<'_>,
+        usual: Method,
+        kernel: KernelName,
+    ) -> anyhow::Result<Estimator> {
+        let method = self.estimator.unwrap_or(usual);
+        let kernel = match self.kernel.unwrap_or(kernel) {
+            KernelName::Constant => Kernel::Constant,
+            KernelName::Epanechnikov => Kernel::Epanechnikov,
+        };
+        let domain = match self.domain {
+            DomainName::Disc => Domain::Disc,
+            DomainName::Visible => Domain::Visible,
+        };
+        let wanted = wanted_photons(source.photons.end - source.photons.start);
+        let automatic = || automatic_radius(source, wanted as f64);
+        let fixed = || match self.radius {
+            Some(Radius::Given(radius)) => radius,
+            Some(Radius::Automatic) | None => automatic(),
+        };
+        let estimator = match method {
+            Method::Detp => {
+                ensure!(self.k.is_none(), "--k is for photon maps; give --radius to detp");
+                ensure!(
+                    self.max_radius.is_none(),
+                    "--max-radius is for the k nearest of a photon map"
+                );
+                self.refuse_map_files()?;
+                let beyond = self.beyond;
+                Estimator::TangentPlane(TangentPlane { radius: fixed(), beyond, kernel, domain })
+            }
+            Method::PhotonMap => {
+                ensure!(self.beyond == 0.0, "--beyond is for --estimator detp");
+                let fixed_radius = self.radius.is_some() || domain == Domain::Visible;
+                if fixed_radius && self.k.is_some() {
+                    bail!("--domain visible needs a fixed radius: give --radius instead of --k");
+                }
+                let gather = if fixed_radius {
+                    ensure!(
+                        self.max_radius.is_none(),
+                        "--max-radius is for the k nearest, without --radius"
+                    );
+                    Gather::Within { radius: fixed() }
+                } else {
+                    let k = self.k.unwrap_or(wanted);
+                    let usual = || (4.0 * automatic_radius(source, k as f64)).min(f32::MAX);
+                    Gather::Nearest { k, max_radius: self.max_radius.unwrap_or_else(usual) }
+                };
+                let facing = Facing::within_degrees(self.normal_angle);
+                Estimator::PhotonMap(MapEstimator { gather, facing, kernel }, domain)
+            }
+        };
+        estimator.check()?;
+        Ok(estimator)
+    }
+
+    fn refuse_map_files(&self) -> anyhow::Result<()> {
+        let none = self.load_map.is_none() && self.save_map.is_none();
+        ensure!(none, "detp stores no photons: --load-map and --save-map are for photon maps");
+        Ok(())
+    }
+}

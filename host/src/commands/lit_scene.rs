@@ -1,0 +1,123 @@
+//! Scene with its lights and an index, for commands that estimate irradiance.
+
+use anyhow::Context;
+use arboleda::{IndexKind, OwnedIndex};
+
+use super::arguments::estimator::EstimatorArguments;
+use super::arguments::light::LightArguments;
+use super::arguments::photons::PhotonArguments;
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
+use super::output::{count, say};
+use crate::bench::progress::{during, photon_bar};
+use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
+use crate::density::{Balance, Estimator, LightField, PhotonMap, PhotonSource};
+use crate::photon::DEFAULT_MAX_BOUNCES;
+use crate::scene::Model;
+use crate::{Threads, TimedIndex};
+
+/// Model and index.
+pub struct LitScene {
+    pub model: Model,
+    pub index: OwnedIndex,
+    /// Kind of the index over discs: the one that was named, else the fastest.
+    pub disc_kind: IndexKind,
+}
+
+impl LitScene {
+    /// Loads a scene, gives it its lights, and builds the index that was named or is estimated cheapest.
+    ///
+    /// # Errors
+    /// If the scene cannot be loaded or indexed.
+    pub fn load(
+        scene: &SceneArguments,
+        lights: &LightArguments,
+        index: &IndexChoice,
+        build: &BuildArguments,
+        photons: &PhotonArguments,
+    ) -> anyhow::Result<Self> {
+        let model = lights.lit(scene.load()?, scene.up);
+        let sample = index.uses_rays().then(|| {
+            let few = SAMPLE_PHOTONS.min(photons.photons.max(1));
+            during("sampling", || Workload::of_photons(&model, few, photons.seed).ok())
+        });
+        let sample = sample.flatten();
+        let options = build.options();
+        let view = build.scene(&model).rays(sample.as_ref().map_or(&[], Workload::sample));
+        let view = view.expecting(photons.photons.saturating_mul(2));
+        let kind = index.kind(&view, &options)?;
+        let built = || TimedIndex::build_with(kind, &view, &options, &Threads::default());
+        let owned = during(&format!("building {}", kind.name()), built)
+            .map_err(|error| unbuilt(&error))
+            .with_context(|| format!("cannot build {}", kind.name()))?;
+        let disc_kind = index.named().unwrap_or(IndexKind::WideBvh);
+        Ok(Self { index: owned.into_index(), disc_kind, model })
+    }
+
+    /// Runs work with the source of the photons.
+    pub fn with_source<T>(
+        &self,
+        photons: &PhotonArguments,
+        estimator: &EstimatorArguments,
+        work: impl FnOnce(&PhotonSource<'_>) -> T,
+    ) -> T {
+        let index = self.index.index();
+        work(&PhotonSource {
+            model: &self.model,
+            index: index.as_ray_index(),
+            photons: 0..photons.photons,
+            seed: photons.seed,
+            max_bounces: DEFAULT_MAX_BOUNCES,
+            bounces: estimator.bounces(),
+        })
+    }
+
+    /// Prepares the light of a source, with a progress bar: loads a photon map or makes it, and saves it.
+    ///
+    /// # Errors
+    /// If the photon map cannot be made, read or written.
+    pub fn field<'s>(
+        &'s self,
+        source: &PhotonSource<'s>,
+        estimator: &Estimator,
+        arguments: &EstimatorArguments,
+    ) -> anyhow::Result<LightField<'s>> {
+        let given = match &arguments.load_map {
+            Some(path) => {
+                Some(during("reading the photon map", || PhotonMap::load(path, &self.model))?)
+            }
+            None => None,
+        };
+        let bar = photon_bar(source.photons.end - source.photons.start, "photon map");
+        let progress = |photons| bar.inc(photons);
+        let field = LightField::new(source.clone(), *estimator, self.disc_kind, given, &progress)?;
+        bar.finish_and_clear();
+        if let (Some(path), Some(map)) = (&arguments.save_map, field.map()) {
+            during("writing the photon map", || map.save(path, &self.model))?;
+            log::info!("photon map: {}", path.display());
+        }
+        Ok(field)
+    }
+}
+
+/// Prints where the light went: every photon is absorbed, escapes, or is given up.
+pub fn print_balance(balance: &Balance) {
+    let watts = |photons: u64| photons as f64 * balance.photon_flux();
+    say!(
+        "{} photons of {:.4e} W, {} rays, {} hits",
+        count(balance.emitted),
+        balance.photon_flux(),
+        count(balance.rays),
+        count(balance.hits)
+    );
+    say!(
+        "energy: {:.4} W emitted = {:.4} absorbed + {:.4} escaped + {:.4} cut off + {:.4} refused",
+        watts(balance.emitted),
+        watts(balance.absorbed),
+        watts(balance.escaped),
+        watts(balance.cut_off),
+        watts(balance.refused)
+    );
+    if balance.emitted == 0 {
+        log::warn!("no photons: the scene is dark");
+    }
+}

@@ -1,0 +1,301 @@
+//! `arboleda render`: a picture of a scene by photons.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use arboleda::Vec3;
+use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
+
+use super::arguments::estimator::{EstimatorArguments, KernelName, Method};
+use super::arguments::light::LightArguments;
+use super::arguments::photons::PhotonArguments;
+use super::arguments::values::{PIXELS, file_ending_in, number, whole};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
+use super::lit_scene::{LitScene, print_balance};
+use super::output::{bytes, count, duration, say};
+use crate::bench::progress::{during, photon_bar};
+use crate::density::{Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius};
+use crate::files::output::check_writable;
+use crate::render::{
+    Film, Look, Passes, Progress, Quantity, Range, Sampling, Summary, Unit, paint, render,
+    viewpoint, write_values,
+};
+use crate::report::{Camera, short_number};
+
+/// Render a picture of a scene, lit by photons
+///
+/// Without `--eye`, the camera sees the scene from above one corner, or where more of what photons light is to be seen.
+/// A surface reflects diffusely. Natural colours are exposed such that the 99th percentile is white, and written in
+/// sRGB. With more passes the picture gets better and better: each shoots new photons, with smaller discs, and the
+/// picture is written again.
+#[derive(Args)]
+pub struct Render {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Write the picture
+    #[arg(long, short, value_name = "PICTURE.png", value_parser = file_ending_in(&["png"]))]
+    out: PathBuf,
+    /// Write the values of the pixels: .exr with radiance, irradiance, count, radius, depth.Z, triangle and stderr; .pfm
+    /// with three values of the quantity
+    #[arg(long, value_name = "OUT.exr|pfm", value_parser = file_ending_in(&["exr", "pfm"]))]
+    values: Option<PathBuf>,
+    /// Width and height in pixels, 64 to 8192
+    #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [1280, 900],
+        value_parser = whole::<u32>(PIXELS))]
+    size: Vec<u32>,
+    /// Rays of a pixel along each side
+    #[arg(long, value_name = "S", default_value_t = 2, value_parser = whole::<u32>(1..=16))]
+    samples: u32,
+    /// Position of the eye, in the coordinates of the scene's file
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    eye: Option<[f64; 3]>,
+    /// Point in the middle of the picture [default: the middle of the scene]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "eye")]
+    look_at: Option<[f64; 3]>,
+    /// Angle in degrees that the width of the picture covers
+    #[arg(long, value_name = "DEG", default_value_t = 40.0, value_parser = number(1.0..=170.0), requires = "eye")]
+    fov: f32,
+    /// Quantity to show
+    #[arg(long, value_enum, default_value_t = QuantityName::Radiance)]
+    quantity: QuantityName,
+    /// Factor of natural colours; a value of 1 is white then
+    #[arg(long, value_name = "X|auto", default_value = "auto", value_parser = positive_or_auto)]
+    exposure: PositiveOrAuto,
+    /// Show values as colours, with a legend
+    #[arg(long)]
+    false_colour: bool,
+    /// Value of the brightest false colour [auto: the 99th percentile]
+    #[arg(long, value_name = "MAX|auto", default_value = "auto", value_parser = positive_or_auto, requires = "false_colour")]
+    scale: PositiveOrAuto,
+    /// Logarithmic false colours over this number of decades
+    #[arg(long, value_name = "DECADES", value_parser = number(0.1..=30.0), requires = "false_colour")]
+    log: Option<f32>,
+    /// Unit of false colours and of the printed extrema: W/m2, or lux
+    #[arg(long, value_enum, default_value_t = UnitName::W)]
+    unit: UnitName,
+    /// Lumens of a watt, for lux; 179 is that of Radiance
+    #[arg(long, value_name = "LM", default_value_t = 179.0, value_parser = number(1e-3..=683.0))]
+    efficacy: f32,
+    /// Number of passes
+    #[arg(long, value_name = "P", default_value_t = 1, value_parser = whole::<u32>(1..=1_000_000))]
+    passes: u32,
+    #[command(flatten)]
+    photons: PhotonArguments,
+    #[command(flatten)]
+    estimator: EstimatorArguments,
+    #[command(flatten)]
+    lights: LightArguments,
+    #[command(flatten)]
+    index: IndexChoice,
+    #[command(flatten)]
+    build: BuildArguments,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum QuantityName {
+    /// What an eye sees: the light that surfaces reflect and emit
+    Radiance,
+    /// The light that falls on surfaces
+    Irradiance,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum UnitName {
+    /// Watts
+    W,
+    /// Lumens: lux, or candela per square metre
+    Lux,
+}
+
+#[derive(Clone, Copy)]
+struct PositiveOrAuto(Option<f32>);
+
+fn positive_or_auto(text: &str) -> Result<PositiveOrAuto, String> {
+    if text == "auto" {
+        return Ok(PositiveOrAuto(None));
+    }
+    let number: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    let valid = number > 0.0 && number.is_finite();
+    valid.then_some(PositiveOrAuto(Some(number))).ok_or("must be finite and above 0".into())
+}
+
+fn vector(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) if [x, y, z].iter().all(|&x| (x as f32).is_finite()) => Ok([x, y, z]),
+        _ => Err("three finite numbers are needed, as 1,2,3".to_owned()),
+    }
+}
+
+impl Render {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// If the scene cannot be loaded, a file cannot be written, or options contradict each other.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let files = [Some(&self.out), self.values.as_ref(), self.estimator.save_map.as_ref()];
+        files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
+        self.photons.run(|| self.picture())
+    }
+
+    fn picture(&self) -> anyhow::Result<()> {
+        let lit =
+            LitScene::load(&self.scene, &self.lights, &self.index, &self.build, &self.photons)?;
+        let look = self.look();
+        let (film, summary, estimator) =
+            lit.with_source(&self.photons, &self.estimator, |source| -> anyhow::Result<_> {
+                let estimator =
+                    self.estimator.resolve(source, Method::PhotonMap, KernelName::Epanechnikov)?;
+                let map = self.load_map(&lit)?;
+                let passes = Passes {
+                    source: source.clone(),
+                    estimator,
+                    disc_kind: lit.disc_kind,
+                    map,
+                    camera: self.camera(source)?,
+                    sampling: self.sampling(source, &estimator),
+                    passes: self.passes,
+                };
+                let total = self.photons.photons.saturating_mul(self.passes.into());
+                let listener = Listener {
+                    render: self,
+                    lit: &lit,
+                    look,
+                    photons: photon_bar(total, "photons"),
+                };
+                let (film, summary) = render(passes, &listener)?;
+                listener.photons.finish_and_clear();
+                Ok((film, summary, estimator))
+            })?;
+        self.summarise(&film, &look, &summary, &estimator);
+        Ok(())
+    }
+
+    fn look(&self) -> Look {
+        Look {
+            quantity: match self.quantity {
+                QuantityName::Radiance => Quantity::Radiance,
+                QuantityName::Irradiance => Quantity::Irradiance,
+            },
+            unit: match self.unit {
+                UnitName::W => Unit::Watts,
+                UnitName::Lux => Unit::Lumens(self.efficacy),
+            },
+            exposure: self.exposure.0,
+            false_colour: self
+                .false_colour
+                .then_some(Range { largest: self.scale.0, decades: self.log }),
+        }
+    }
+
+    fn camera(&self, source: &PhotonSource<'_>) -> anyhow::Result<Camera> {
+        let model = source.model;
+        let (up, size) = (self.scene.up.vector(model), (self.size[0], self.size[1]));
+        let Some(eye) = self.eye else { return Ok(viewpoint(source, up, size)) };
+        let place = |point: [f64; 3]| {
+            Vec3::from_array([0, 1, 2].map(|axis| (point[axis] - model.origin[axis]) as f32))
+        };
+        let look_at = self.look_at.map_or(model.bounds().centre(), place);
+        Camera::at(place(eye), look_at, up, self.fov, size).context(
+            "the camera has no direction: --look-at is at the eye, or straight above or below it",
+        )
+    }
+
+    /// Merges rays of a pixel whose estimates would be made of nearly the same photons.
+    fn sampling(&self, source: &PhotonSource<'_>, estimator: &Estimator) -> Sampling {
+        let radius = match estimator {
+            Estimator::PhotonMap(MapEstimator { gather: Gather::Nearest { k, .. }, .. }, _) => {
+                automatic_radius(source, *k as f64)
+            }
+            _ => estimator.radius(),
+        };
+        Sampling { side: self.samples, merged_within: 0.25 * radius }
+    }
+
+    fn load_map(&self, lit: &LitScene) -> anyhow::Result<Option<PhotonMap>> {
+        let Some(path) = &self.estimator.load_map else { return Ok(None) };
+        Ok(Some(during("reading the photon map", || PhotonMap::load(path, &lit.model))?))
+    }
+
+    fn summarise(&self, film: &Film, look: &Look, summary: &Summary, estimator: &Estimator) {
+        print_balance(&summary.balance);
+        let radius = short_number(f64::from(estimator.radius()));
+        let starved = 100.0 * summary.starved as f64 / summary.first_estimates.max(1) as f64;
+        let method = match estimator {
+            Estimator::PhotonMap(MapEstimator { gather: Gather::Nearest { k, .. }, .. }, _) => {
+                format!("the {k} nearest within {radius}")
+            }
+            Estimator::PhotonMap(..) => format!("photons within {radius}"),
+            Estimator::TangentPlane(_) => format!("crossings of discs of radius {radius}"),
+        };
+        say!(
+            "{method}; {starved:.1}% of the estimates found fewer than {} photons",
+            count(estimator.fewest().into())
+        );
+        if let Some([least, mean, largest]) = look.extrema(film) {
+            let [least, mean, largest] =
+                [least, mean, largest].map(|value| short_number(f64::from(value)));
+            say!("least {least}, mean {mean}, largest {largest} {}", look.unit_name());
+        }
+        let rate = |number: u64, seconds: f64| count((number as f64 / seconds.max(1e-9)) as u64);
+        let by_map = summary.estimate_seconds > 0.0;
+        say!(
+            "{} photons/s, {} estimates/s, {} primary rays, {}, {} -> {}",
+            rate(summary.photons_shot, summary.photon_seconds),
+            rate(
+                summary.estimates,
+                if by_map { summary.estimate_seconds } else { summary.photon_seconds }
+            ),
+            count(summary.primary_rays),
+            bytes(summary.bytes),
+            duration(summary.seconds),
+            self.out.display()
+        );
+    }
+
+    fn write(&self, film: &Film, look: &Look) -> anyhow::Result<()> {
+        paint(film, look).save(&self.out)?;
+        match &self.values {
+            Some(path) => write_values(path, film, look),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Shows the progress, and writes the picture after each pass.
+struct Listener<'r> {
+    render: &'r Render,
+    lit: &'r LitScene,
+    look: Look,
+    photons: ProgressBar,
+}
+
+impl Progress for Listener<'_> {
+    fn photons(&self, photons: u64) {
+        self.photons.inc(photons);
+    }
+
+    fn estimates(&self, estimates: u64) {
+        let _ = estimates;
+    }
+
+    fn map(&self, pass: u32, map: &PhotonMap) -> anyhow::Result<()> {
+        match self.render.estimator.save_map.as_deref() {
+            Some(path) if pass == 0 => {
+                let path: &Path = path;
+                during("writing the photon map", || map.save(path, &self.lit.model))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn pass(&self, passes: u32, film: &Film, summary: &Summary) -> anyhow::Result<()> {
+        self.render.write(film, &self.look)?;
+        let (all, seconds) = (self.render.passes, duration(summary.seconds));
+        if all > 1 {
+            log::info!("pass {passes} of {all}, {seconds}: {}", self.render.out.display());
+        }
+        Ok(())
+    }
+}
