@@ -24,6 +24,11 @@ pub fn photon_bar(photons: u64, label: &str) -> ProgressBar {
     )
 }
 
+/// Makes a bar that counts up to an unknown number.
+pub fn count_bar(label: &str) -> ProgressBar {
+    bar(0, label, "{prefix:>18} {human_pos}, {elapsed}")
+}
+
 /// Shows the label and the time elapsed while `work` is done.
 pub fn during<T>(label: &str, work: impl FnOnce() -> T) -> T {
     let spinner = bar(0, label, "{spinner} {prefix}, {elapsed}");

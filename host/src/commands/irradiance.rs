@@ -6,7 +6,7 @@ use std::time::Instant;
 use arboleda::Vec3;
 use clap::Args;
 
-use super::arguments::estimator::{EstimatorArguments, KernelName, Method};
+use super::arguments::estimator::{EstimatorArguments, KernelName};
 use super::arguments::light::LightArguments;
 use super::arguments::photons::PhotonArguments;
 use super::arguments::values::file_ending_in;
@@ -96,8 +96,7 @@ impl Irradiance {
         let start = Instant::now();
         let (estimates, Work { balance, bytes: memory }, estimator) =
             lit.with_source(&self.photons, &self.estimator, |source| -> anyhow::Result<_> {
-                let estimator =
-                    self.estimator.resolve(source, Method::Detp, KernelName::Constant)?;
+                let estimator = self.estimator.resolve(source, KernelName::Constant)?;
                 let field = lit.field(source, &estimator, &self.estimator)?;
                 let bar = photon_bar(self.photons.photons, "estimating");
                 let (estimates, work) = field.estimates(&valid, &|some| bar.inc(some), &|_| {})?;

@@ -7,14 +7,14 @@ use arboleda::Vec3;
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 
-use super::arguments::estimator::{EstimatorArguments, KernelName, Method};
+use super::arguments::estimator::{EstimatorArguments, KernelName};
 use super::arguments::light::LightArguments;
 use super::arguments::photons::PhotonArguments;
 use super::arguments::values::{PIXELS, file_ending_in, number, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::lit_scene::{LitScene, print_balance};
 use super::output::{bytes, count, duration, say};
-use crate::bench::progress::{during, photon_bar};
+use crate::bench::progress::{count_bar, during, photon_bar};
 use crate::density::{Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius};
 use crate::files::output::check_writable;
 use crate::render::{
@@ -145,8 +145,7 @@ impl Render {
         let look = self.look();
         let (film, summary, estimator) =
             lit.with_source(&self.photons, &self.estimator, |source| -> anyhow::Result<_> {
-                let estimator =
-                    self.estimator.resolve(source, Method::PhotonMap, KernelName::Epanechnikov)?;
+                let estimator = self.estimator.resolve(source, KernelName::Epanechnikov)?;
                 let map = self.load_map(&lit)?;
                 let passes = Passes {
                     source: source.clone(),
@@ -163,9 +162,11 @@ impl Render {
                     lit: &lit,
                     look,
                     photons: photon_bar(total, "photons"),
+                    estimates: count_bar("estimates"),
                 };
                 let (film, summary) = render(passes, &listener)?;
                 listener.photons.finish_and_clear();
+                listener.estimates.finish_and_clear();
                 Ok((film, summary, estimator))
             })?;
         self.summarise(&film, &look, &summary, &estimator);
@@ -269,6 +270,7 @@ struct Listener<'r> {
     lit: &'r LitScene,
     look: Look,
     photons: ProgressBar,
+    estimates: ProgressBar,
 }
 
 impl Progress for Listener<'_> {
@@ -277,7 +279,7 @@ impl Progress for Listener<'_> {
     }
 
     fn estimates(&self, estimates: u64) {
-        let _ = estimates;
+        self.estimates.inc(estimates);
     }
 
     fn map(&self, pass: u32, map: &PhotonMap) -> anyhow::Result<()> {

@@ -20,6 +20,7 @@ mod radius;
 mod receiver;
 mod source;
 mod tangent_plane;
+mod triangle_light;
 mod visible;
 
 pub use estimate::{Estimate, Sums};
@@ -30,4 +31,5 @@ pub use radius::{automatic_radius, wanted_photons};
 pub use receiver::Receiver;
 pub use source::{Balance, Bounces, PhotonSource};
 pub use tangent_plane::{DiscError, Discs, Domain, TangentPlane};
+pub use triangle_light::{PhotonHit, TriangleIrradiance, TriangleLight, first_hits};
 pub use visible::{Fan, VisiblePolygon};

@@ -33,6 +33,7 @@ pub const RAYS: usize = 32;
 #[derive(Clone, Debug)]
 pub struct Fan {
     directions: [(f64, f64); RAYS + 1],
+    half_sector_cosine: f64,
 }
 
 impl Default for Fan {
@@ -41,7 +42,10 @@ impl Default for Fan {
             let angle = TAU * (ray % RAYS) as f64 / RAYS as f64;
             (libm::cos(angle), libm::sin(angle))
         };
-        Self { directions: std::array::from_fn(at) }
+        Self {
+            directions: std::array::from_fn(at),
+            half_sector_cosine: libm::cos(0.5 * TAU / RAYS as f64),
+        }
     }
 }
 
@@ -55,6 +59,8 @@ pub struct VisiblePolygon<'f> {
     bitangent: Vector64,
     /// Distance of each corner from the centre.
     reach: [f32; RAYS],
+    /// Squared radius of a circle inside the polygon.
+    inner_squared: f64,
 }
 
 impl Fan {
@@ -78,7 +84,18 @@ impl Fan {
                 *reach = (f64::from(hit.t) - 2.0 * slack).max(0.0) as f32;
             }
         }
-        VisiblePolygon { fan: self, radius, tangent, bitangent, reach }
+        // The distance of an edge from the centre is at least that of its nearer corner times the cosine of half a sector,
+        // unless the angle at that corner is obtuse; then the corner is the nearest point.
+        let nearest = f64::from(reach.iter().copied().fold(f32::INFINITY, f32::min));
+        let inner = nearest * self.half_sector_cosine;
+        VisiblePolygon {
+            fan: self,
+            radius,
+            tangent,
+            bitangent,
+            reach,
+            inner_squared: inner * inner,
+        }
     }
 }
 
@@ -94,6 +111,9 @@ impl VisiblePolygon<'_> {
     /// the normal does not matter.
     pub(super) fn contains(&self, offset: Vector64) -> bool {
         let (x, y) = (offset.dot(self.tangent), offset.dot(self.bitangent));
+        if x * x + y * y < self.inner_squared {
+            return true;
+        }
         let turn = libm::atan2(y, x) / TAU * RAYS as f64;
         let sector = (if turn < 0.0 { turn + RAYS as f64 } else { turn }) as usize % RAYS;
         let (from, to) = (self.corner(sector), self.corner(sector + 1));

@@ -15,8 +15,8 @@ use crate::density::{
 #[derive(Args, Clone, Debug)]
 pub struct EstimatorArguments {
     /// Method
-    #[arg(long, value_enum)]
-    estimator: Option<Method>,
+    #[arg(long, value_enum, default_value_t = Method::Detp)]
+    estimator: Method,
     /// Radius of the discs, in the scene's units. `auto` holds 200 photons on average if a million are shot, and fewer
     /// or more in proportion to the power 2/3. For a photon map: all photons within the radius, instead of the nearest
     #[arg(long, value_name = "R|auto", value_parser = radius, conflicts_with = "k")]
@@ -33,9 +33,9 @@ pub struct EstimatorArguments {
     /// of radius S needs R / (2 S)
     #[arg(long, value_name = "B", default_value_t = 0.0, value_parser = number(0.0..=1e3))]
     beyond: f32,
-    /// Part of the disc in which photons count. With a fixed radius
-    #[arg(long, value_enum, default_value_t = DomainName::Disc)]
-    domain: DomainName,
+    /// Part of the disc in which photons count [default: visible for detp, disc for photon maps]
+    #[arg(long, value_enum)]
+    domain: Option<DomainName>,
     /// Weight of a photon by its distance
     #[arg(long, value_enum)]
     kernel: Option<KernelName>,
@@ -64,9 +64,9 @@ pub enum Method {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum DomainName {
-    /// The whole disc: dark at the foot of walls, and light leaks through thin walls
+    /// The whole disc, the paper's rule: dark at the foot of walls, and light leaks through thin walls
     Disc,
-    /// The part that the point sees, found by 32 rays
+    /// The part that the point sees, found by 32 rays; with a fixed radius
     Visible,
 }
 
@@ -119,24 +119,23 @@ impl EstimatorArguments {
     }
 
     /// Makes the estimator for the photons of a source. Values that were not given are found by a few of its photons;
-    /// `usual` and `kernel` are the method and the kernel if none is named.
+    /// `kernel` is the kernel if none is named.
     ///
     /// # Errors
     /// If options contradict each other.
     pub fn resolve(
         &self,
         source: &PhotonSource<'_>,
-        usual: Method,
         kernel: KernelName,
     ) -> anyhow::Result<Estimator> {
-        let method = self.estimator.unwrap_or(usual);
+        let method = self.estimator;
         let kernel = match self.kernel.unwrap_or(kernel) {
             KernelName::Constant => Kernel::Constant,
             KernelName::Epanechnikov => Kernel::Epanechnikov,
         };
-        let domain = match self.domain {
-            DomainName::Disc => Domain::Disc,
-            DomainName::Visible => Domain::Visible,
+        let domain = match (self.domain, method) {
+            (Some(DomainName::Disc), _) | (None, Method::PhotonMap) => Domain::Disc,
+            (Some(DomainName::Visible), _) | (None, Method::Detp) => Domain::Visible,
         };
         let wanted = wanted_photons(source.photons.end - source.photons.start);
         let automatic = || automatic_radius(source, wanted as f64);

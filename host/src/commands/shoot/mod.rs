@@ -2,26 +2,29 @@
 
 mod comparison;
 mod flux_file;
+mod surface_files;
 
 use std::path::PathBuf;
 
 use anyhow::Context;
-use arboleda::{IndexKind, Vec3};
+use arboleda::{IndexKind, Scene, Vec3};
 use clap::Args;
 
 use super::arguments::light::LightArguments;
 use super::arguments::values::{MOST_PHOTONS, file_ending_in, threads, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{count, duration, say};
-use crate::TimedIndex;
-use crate::bench::progress::during;
+use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
+use crate::density::{Bounces, PhotonSource, TriangleIrradiance, TriangleLight, first_hits};
 use crate::files::output::check_writable;
-use crate::photon::{Counting, ShootOptions, Shot};
+use crate::photon::{Counting, DEFAULT_MAX_BOUNCES, Emitter, ShootOptions, Shot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::Model;
+use crate::{Threads, TimedIndex};
 pub use comparison::{ShotComparison, print_digests, print_rows};
 use flux_file::write_flux;
+use surface_files::{write_mesh, write_photons, write_triangles};
 
 /// Shoot photons from the lights of a scene through one index, or through each
 ///
@@ -56,6 +59,18 @@ pub struct Shoot {
     /// Write the photons and the flux that each side of each triangle received
     #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]))]
     out: Option<PathBuf>,
+    /// Write the irradiance of each side of each triangle, in W/m2 of red, green and blue, with its standard error
+    #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]))]
+    triangles: Option<PathBuf>,
+    /// Write the triangles with their irradiance as a mesh
+    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]))]
+    mesh_ply: Option<PathBuf>,
+    /// Write where the first photons fell, as points
+    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]))]
+    photons_ply: Option<PathBuf>,
+    /// Most points of `--photons-ply`
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole::<usize>(1..=100_000_000))]
+    ply_limit: usize,
     /// Write a picture of the light that arrived
     #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
     picture: Option<PathBuf>,
@@ -69,9 +84,8 @@ impl Shoot {
     /// # Errors
     /// If the scene cannot be loaded, an output cannot be written, or two indices do not agree.
     pub fn run(&self) -> anyhow::Result<()> {
-        for path in [&self.out, &self.picture].into_iter().flatten() {
-            check_writable(path)?;
-        }
+        let files = [&self.out, &self.picture, &self.triangles, &self.mesh_ply, &self.photons_ply];
+        files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
         let model = self.lights.lit(self.scene.load()?, self.scene.up);
         say!(
             "{}: {} triangles, {} photons",
@@ -110,6 +124,7 @@ impl Shoot {
             write_flux(path, shot)?;
             log::info!("photons and flux of each triangle: {}", path.display());
         }
+        self.write_surfaces(&model, &scene, last.kind)?;
         if let Some(path) = &self.picture {
             let mut canvas = Canvas::new(1280, 900);
             let up = self.scene.up.vector(&model);
@@ -122,6 +137,66 @@ impl Shoot {
             log::info!("picture: {}", path.display());
         }
         Ok(())
+    }
+}
+
+impl Shoot {
+    /// Writes the files of the light on surfaces. The photons are shot again, with their colours.
+    fn write_surfaces(
+        &self,
+        model: &Model,
+        scene: &Scene<'_>,
+        kind: IndexKind,
+    ) -> anyhow::Result<()> {
+        let asked = [&self.triangles, &self.mesh_ply, &self.photons_ply];
+        if asked.into_iter().flatten().next().is_none() {
+            return Ok(());
+        }
+        let threads = Threads::new(self.threads);
+        let built = TimedIndex::build_with(kind, scene, &self.build.options(), &threads)?;
+        let index = built.index();
+        let source = PhotonSource {
+            model,
+            index: index.as_ray_index(),
+            photons: 0..self.photons,
+            seed: self.seed,
+            max_bounces: DEFAULT_MAX_BOUNCES,
+            bounces: Bounces::All,
+        };
+        if let Some(path) = &self.photons_ply {
+            let hits = first_hits(&source, self.ply_limit);
+            write_photons(path, &hits, &self.comments(model, &source))?;
+            log::info!("{} hits of photons: {}", count(hits.len() as u64), path.display());
+        }
+        if self.triangles.is_none() && self.mesh_ply.is_none() {
+            return Ok(());
+        }
+        let bar = photon_bar(self.photons, "irradiance");
+        let light = TriangleLight::shoot(&source, &|photons| bar.inc(photons));
+        bar.finish_and_clear();
+        let lights: Vec<TriangleIrradiance> = light.irradiance(model).collect();
+        if let Some(path) = &self.triangles {
+            write_triangles(path, &lights)?;
+            log::info!("irradiance of each triangle: {}", path.display());
+        }
+        if let Some(path) = &self.mesh_ply {
+            write_mesh(path, model, &lights, &self.comments(model, &source))?;
+            log::info!("mesh with irradiance: {}", path.display());
+        }
+        Ok(())
+    }
+
+    /// Lists the comments of a PLY file.
+    fn comments(&self, model: &Model, source: &PhotonSource<'_>) -> Vec<String> {
+        let flux = Emitter::of(model).total_flux() / self.photons as f64;
+        let [x, y, z] = model.origin;
+        vec![
+            format!("scene {}", model.name),
+            format!("photons {}", self.photons),
+            format!("seed {}", source.seed),
+            format!("photon flux {flux:e} W"),
+            format!("origin {x} {y} {z}: add it to positions to get the file's coordinates"),
+        ]
     }
 }
 
