@@ -13,7 +13,7 @@
 mod estimate;
 mod estimator;
 #[cfg(test)]
-mod fixtures;
+pub(crate) mod fixtures;
 mod kernel;
 mod photon_map;
 mod radius;

@@ -13,6 +13,8 @@ mod film;
 mod passes;
 mod picture;
 mod samples;
+#[cfg(test)]
+mod tests;
 mod tone;
 mod values;
 mod viewpoint;

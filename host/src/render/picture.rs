@@ -139,9 +139,11 @@ fn paint_false_colours(canvas: &mut Canvas, film: &Film, look: &Look, range: Ran
         if let Some([least, mean, largest]) = look.extrema(film) {
             let [least, mean, largest] =
                 [least, mean, largest].map(|value| short_number(f64::from(value)));
-            let name = match look.quantity {
-                Quantity::Radiance => "radiance",
-                Quantity::Irradiance => "irradiance",
+            let name = match (look.unit, look.quantity) {
+                (Unit::Watts, Quantity::Radiance) => "radiance",
+                (Unit::Watts, Quantity::Irradiance) => "irradiance",
+                (Unit::Lumens(_), Quantity::Radiance) => "luminance",
+                (Unit::Lumens(_), Quantity::Irradiance) => "illuminance",
             };
             let unit = look.unit_name();
             let text = format!("{name}: least {least}, mean {mean}, largest {largest} {unit}");
