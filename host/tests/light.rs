@@ -64,7 +64,9 @@ fn irradiance_of_points_is_the_same_by_every_index_and_number_of_threads() {
         assert!(said.contains("2 of 45 points are not valid"), "{said}");
         (estimates(&folder.path().join("e.npy")), fs::read(folder.path().join("e.npy")).unwrap())
     };
-    for estimator in ["--estimator detp --radius 0.2", "--estimator photon-map --k 30 --max-radius 0.5"] {
+    for estimator in
+        ["--estimator detp --radius 0.2", "--estimator photon-map --k 30 --max-radius 0.5"]
+    {
         let (rows, bytes) = run(&format!("{estimator} --index linear --threads 1"));
         assert!(rows[20].0[0] > 0.0 && rows[20].1 > 20 && rows[20].3 > 0.0, "{:?}", rows[20]);
         assert_eq!(rows[20].0, [rows[20].0[0]; 3]);

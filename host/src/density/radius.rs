@@ -38,7 +38,9 @@ pub fn automatic_radius(source: &PhotonSource<'_>, wanted: f64) -> f32 {
     let mut hits = 0_u64;
     let Balance { emitted, .. } = trial.stream(&|_| {}, &HitTriangles { source: &trial }, |ids| {
         hits += ids.len() as u64;
-        ids.into_iter().for_each(|id| is_hit[id as usize] = true);
+        for id in ids {
+            is_hit[id as usize] = true;
+        }
     });
     let lit = source.model.triangles.iter().zip(is_hit).filter(|(_, is_hit)| *is_hit);
     let area = lit.fold(0.0, |sum, (triangle, _)| {
@@ -46,7 +48,7 @@ pub fn automatic_radius(source: &PhotonSource<'_>, wanted: f64) -> f32 {
         sum + 0.5 * (b - a).cross(c - a).length()
     });
     let radius = if hits == 0 || area <= 0.0 {
-        0.5 * SHARE_OF_BOUNDS * f64::from(source.model.bounds().diagonal_squared()).sqrt()
+        0.5 * SHARE_OF_BOUNDS * source.model.bounds().diagonal_squared().sqrt()
     } else {
         let photons = (source.photons.end - first) as f64;
         let density = hits as f64 * (photons / emitted as f64) / area;

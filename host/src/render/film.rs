@@ -92,10 +92,8 @@ impl Film {
     ) {
         let at = share.pixel as usize;
         let Some(pixel) = self.pixels.get_mut(at) else { return };
-        for channel in 0..3 {
-            pixel.irradiance[channel] += part * estimate.irradiance[channel];
-            pixel.reflected[channel] += part * reflected[channel];
-        }
+        add_part(&mut pixel.irradiance, part, estimate.irradiance);
+        add_part(&mut pixel.reflected, part, reflected);
         pixel.coverage += part;
         // Estimates of one pixel share photons, so their errors add up.
         pixel.standard_error += part * estimate.standard_error;
@@ -112,9 +110,7 @@ impl Film {
         if let (Some(pixel), Some(radiance)) =
             (self.pixels.get_mut(share.pixel as usize), glow.seen(share.triangle, share.front))
         {
-            for channel in 0..3 {
-                pixel.emitted[channel] += part * radiance[channel];
-            }
+            add_part(&mut pixel.emitted, part, radiance);
         }
     }
 
@@ -145,5 +141,12 @@ impl Film {
             let next = pixel.standard_error;
             mean.standard_error = (error * error + next * next).sqrt() / all;
         }
+    }
+}
+
+/// Adds a part of three values to their sums.
+fn add_part(sums: &mut [f32; 3], part: f32, values: [f32; 3]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += part * value;
     }
 }

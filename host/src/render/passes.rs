@@ -139,15 +139,14 @@ pub fn render(
         // 2. The bands of the picture.
         let mut film = Film::new(width, height);
         let mut balance = Balance::default();
-        for band in bands(&camera, &sampling) {
+        for band in bands(&camera, sampling) {
             let scene = &field.source().index;
             let model = field.source().model;
-            let samples = TileSamples::of_rows(&camera, &sampling, model, *scene, band);
+            let samples = TileSamples::of_rows(&camera, sampling, model, *scene, band);
             let begun = Instant::now();
-            let (estimates, work) =
-                field.estimates(&samples.receivers, &|some| progress.photons(some), &|some| {
-                    progress.estimates(some)
-                })?;
+            let shot = |photons| progress.photons(photons);
+            let estimated = |estimates| progress.estimates(estimates);
+            let (estimates, work) = field.estimates(&samples.receivers, &shot, &estimated)?;
             let seconds = begun.elapsed().as_secs_f64();
             if field.map().is_none() {
                 summary.photons_shot += per_pass;
@@ -187,7 +186,7 @@ pub fn render(
 }
 
 /// Divides the rows of tiles into bands of about [`RECEIVERS_AT_ONCE`] receivers: one a pixel, and half as many more.
-fn bands(camera: &Camera, sampling: &Sampling) -> impl Iterator<Item = Range<u32>> + use<> {
+fn bands(camera: &Camera, sampling: Sampling) -> impl Iterator<Item = Range<u32>> + use<> {
     let (width, height) = camera.size();
     let tall = if sampling.side > 1 { 3 } else { 2 };
     let in_row = (width * TILE).saturating_mul(tall) / 2;

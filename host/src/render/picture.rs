@@ -95,20 +95,19 @@ impl Look {
 pub fn paint(film: &Film, look: &Look) -> Canvas {
     let (width, height) = film.size();
     let mut canvas = Canvas::new(width, height);
-    match look.false_colour {
-        Some(range) => paint_false_colours(&mut canvas, film, look, range),
-        None => {
-            let exposure = look.exposure.unwrap_or_else(|| match look.quantity {
-                Quantity::Radiance => exposure_of(film),
-                Quantity::Irradiance => 1.0 / largest_of(film, look),
-            });
-            for (colour, pixel) in canvas.pixels_mut().iter_mut().zip(film.pixels()) {
-                // A level over 255 becomes that level again in the file.
-                let level = |value: f32| f32::from(to_srgb(value * exposure)) / 255.0;
-                let [red, green, blue] = look.colours(pixel).map(level);
-                *colour = Colour(red, green, blue);
-            }
-        }
+    if let Some(range) = look.false_colour {
+        paint_false_colours(&mut canvas, film, look, range);
+        return canvas;
+    }
+    let exposure = look.exposure.unwrap_or_else(|| match look.quantity {
+        Quantity::Radiance => exposure_of(film),
+        Quantity::Irradiance => 1.0 / largest_of(film, look),
+    });
+    for (colour, pixel) in canvas.pixels_mut().iter_mut().zip(film.pixels()) {
+        // A level over 255 becomes that level again in the file.
+        let level = |value: f32| f32::from(to_srgb(value * exposure)) / 255.0;
+        let [red, green, blue] = look.colours(pixel).map(level);
+        *colour = Colour(red, green, blue);
     }
     canvas
 }

@@ -68,7 +68,7 @@ impl TileSamples {
     /// Samples the rows of tiles `first..end`, in the caller's pool.
     pub fn of_rows(
         camera: &Camera,
-        sampling: &Sampling,
+        sampling: Sampling,
         model: &Model,
         index: &(dyn RayIndex + Sync),
         rows: std::ops::Range<u32>,
@@ -92,7 +92,7 @@ impl TileSamples {
 
     fn of_tile(
         camera: &Camera,
-        sampling: &Sampling,
+        sampling: Sampling,
         model: &Model,
         index: &(dyn RayIndex + Sync),
         (column, row): (u32, u32),
@@ -156,7 +156,7 @@ fn morton(number: u32) -> (u32, u32) {
     (even(number), even(number >> 1))
 }
 
-fn merge(merged: &mut Vec<Merged>, sampling: &Sampling, model: &Model, ray: &Ray, hit: &Hit) {
+fn merge(merged: &mut Vec<Merged>, sampling: Sampling, model: &Model, ray: &Ray, hit: &Hit) {
     let Some(triangle) = model.triangles.get(hit.triangle.0 as usize) else { return };
     let Some(receiver) = Receiver::at_hit(triangle, hit, ray.direction()) else { return };
     let near = f64::from(sampling.merged_within) * f64::from(sampling.merged_within);

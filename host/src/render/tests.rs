@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use arboleda::{IndexKind, Vec3};
+use arboleda::{IndexKind, Options, Vec3};
 
 use super::values::pfm_bytes;
 use super::*;
@@ -77,7 +77,7 @@ struct Job {
 
 fn film_of(model: &Model, camera: Camera, job: &Job) -> (Film, Summary) {
     let scene = model.scene();
-    let built = TimedIndex::build_with(job.kind, &scene, &Default::default(), &Threads::default());
+    let built = TimedIndex::build_with(job.kind, &scene, &Options::default(), &Threads::default());
     let built = built.unwrap();
     let index = built.index();
     let source = PhotonSource {
@@ -241,7 +241,7 @@ fn extreme_radii_give_finite_values() {
             map_estimator(Gather::Nearest { k: 1_000_000, max_radius: radius }, Kernel::Constant),
         ] {
             let built =
-                TimedIndex::build(IndexKind::Bvh, &model.scene(), &Default::default()).unwrap();
+                TimedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
             let index = built.index();
             let source = PhotonSource {
                 model: &model,
@@ -304,7 +304,7 @@ fn the_camera_is_where_light_is_seen() {
         flux: 1.0,
     };
     model.lights.push(down);
-    let built = TimedIndex::build(IndexKind::Bvh, &model.scene(), &Default::default()).unwrap();
+    let built = TimedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
     let index = built.index();
     let source = PhotonSource {
         model: &model,

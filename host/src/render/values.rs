@@ -1,4 +1,4 @@
-//! Files of a picture's values: OpenEXR with all channels, PFM with three.
+//! Files of a picture's values: `OpenEXR` with all channels, PFM with three.
 
 use std::io::{self, Cursor};
 use std::path::Path;
@@ -12,7 +12,7 @@ use super::film::{Film, Pixel};
 use super::picture::Look;
 use crate::files::output::write_file;
 
-/// Writes the values of a film, in watts: as OpenEXR if the name ends in .exr, else as PFM.
+/// Writes the values of a film, in watts: as `OpenEXR` if the name ends in .exr, else as PFM.
 ///
 /// Channels of the EXR file: `R G B` are radiance; `irradiance.R`, `.G` and `.B`; `count` (u32), `radius`, `depth.Z`,
 /// `triangle` (u32) and `stderr`. Without a hit, the depth is infinite and the triangle 4294967295. The PFM file has red,
@@ -26,7 +26,7 @@ pub fn write_values(path: &Path, film: &Film, look: &Look) -> anyhow::Result<()>
     write_file(path, |file| file.write_all(&bytes))
 }
 
-/// Encodes a film as OpenEXR, compressed without loss.
+/// Encodes a film as `OpenEXR`, compressed without loss.
 fn exr_bytes(film: &Film) -> io::Result<Vec<u8>> {
     let floats = |name: &str, value: &dyn Fn(&Pixel) -> f32| {
         AnyChannel::new(name, FlatSamples::F32(film.pixels().iter().map(value).collect()))

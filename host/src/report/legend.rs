@@ -50,9 +50,9 @@ impl Scale {
     }
 
     /// Returns the numbers to write below the bar, as places.
-    fn ticks(&self) -> usize {
+    fn ticks(&self) -> i32 {
         match self {
-            Self::Logarithmic { decades, .. } => (decades.round() as usize).clamp(2, 6),
+            Self::Logarithmic { decades, .. } => (decades.round() as i32).clamp(2, 6),
             _ => 4,
         }
     }
@@ -71,9 +71,9 @@ pub fn draw_legend(canvas: &mut Canvas, scale: &Scale, unit: &str, ink: Colour, 
     }
     let ticks = scale.ticks();
     for tick in 0..=ticks {
-        let value = short_number(scale.value(tick as f64 / ticks as f64));
+        let value = short_number(scale.value(f64::from(tick) / f64::from(ticks)));
         let text = if tick == ticks { format!("{value} {unit}") } else { value };
-        let x = MARGIN + (width - 1) * tick as i64 / ticks as i64;
+        let x = MARGIN + (width - 1) * i64::from(tick) / i64::from(ticks);
         canvas.text((x, bottom - TEXT_HEIGHT), &text, ink, ground);
     }
 }

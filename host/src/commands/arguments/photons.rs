@@ -6,6 +6,8 @@ use super::values::{MOST_PHOTONS, threads, whole};
 
 /// Photons, and the threads that shoot them.
 #[derive(Args, Clone, Debug)]
+// The help writes numbers as people do, not as code.
+#[allow(clippy::doc_markdown)]
 pub struct PhotonArguments {
     /// Number of photons: 1000000, 1_000_000, 1e6 or 1M; 0 leaves the scene dark
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = whole::<u64>(0..=MOST_PHOTONS))]

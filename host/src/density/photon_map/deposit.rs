@@ -82,10 +82,9 @@ impl PhotonMap {
             return Err(MapError::TooManyHits { hits });
         }
         build::order(&mut photons);
-        let tints = match tints.is_empty() {
-            true => tints,
-            false => photons.iter().map(|photon| tints[photon.rank() as usize]).collect(),
-        };
+        if !tints.is_empty() {
+            tints = photons.iter().map(|photon| tints[photon.rank() as usize]).collect();
+        }
         Ok(Self { photons, tints, normals: normals_of(source.model), balance })
     }
 }

@@ -11,8 +11,8 @@ use crate::photon::PhotonRandom;
 /// Bits of a mantissa.
 const BITS: u32 = 9;
 const MOST: u32 = (1 << BITS) - 1;
-/// Exponent of the smallest step: 2^-24.
-const LEAST_STEP: i32 = -24;
+/// Exponent bits of the smallest step, 2^-24: the bias 127 less 24.
+const LEAST_STEP_BITS: u32 = 127 - 24;
 /// Largest weight: 511 times 2^7.
 const LARGEST: f32 = 65_408.0;
 
@@ -49,7 +49,7 @@ pub fn decoded(word: u32) -> [f32; 3] {
 /// Returns 2^(exponent - 24), by its bits.
 #[inline]
 fn step(exponent: u32) -> f32 {
-    f32::from_bits(((exponent as i32 + LEAST_STEP + 127) as u32) << 23)
+    f32::from_bits((exponent + LEAST_STEP_BITS) << 23)
 }
 
 #[cfg(test)]

@@ -60,21 +60,14 @@ struct Unsupported {
 
 impl Unsupported {
     fn note(&mut self, keyword: &str, arguments: &str) {
-        let mut numbers = without_comment(arguments).split_whitespace().map(str::parse::<f32>);
+        let numbers = without_comment(arguments).split_whitespace().map(str::parse::<f32>);
+        let any = |is: &dyn Fn(f32) -> bool| numbers.clone().any(|number| number.is_ok_and(is));
         match keyword {
-            "Ks" => self.highlight |= numbers.any(|number| number.is_ok_and(|number| number > 0.0)),
-            "d" => {
-                self.transparent |= numbers.any(|number| number.is_ok_and(|number| number < 1.0))
-            }
-            "Tr" => {
-                self.transparent |= numbers.any(|number| number.is_ok_and(|number| number > 0.0))
-            }
+            "Ks" => self.highlight |= any(&|number| number > 0.0),
+            "d" => self.transparent |= any(&|number| number < 1.0),
+            "Tr" => self.transparent |= any(&|number| number > 0.0),
             // Models of light with refraction or glass.
-            "illum" => {
-                let glass = [4.0, 6.0, 7.0, 9.0];
-                self.transparent |=
-                    numbers.any(|number| number.is_ok_and(|number| glass.contains(&number)));
-            }
+            "illum" => self.transparent |= any(&|number| [4.0, 6.0, 7.0, 9.0].contains(&number)),
             "bump" | "disp" | "decal" | "refl" | "norm" => self.texture = true,
             map => self.texture |= map.starts_with("map_"),
         }

@@ -325,7 +325,7 @@ fn usual_coordinates_lose_nothing_worth_a_word() {
     );
 }
 
-/// The Cornell box with the walls' colours and the lamp's radiance of McGuire's data.
+/// The Cornell box with the walls' colours and the lamp's radiance of the data by `McGuire`.
 const CORNELL: &str = "newmtl white\nKd 0.725 0.71 0.68\nnewmtl red\nKd 0.63 0.065 0.05\nnewmtl green\nKd 0.14 0.45 0.091\n\
                        newmtl light\nKd 0.78 0.78 0.78\nKe 17 12 4\n";
 
