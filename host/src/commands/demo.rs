@@ -9,13 +9,18 @@ use super::arguments::BuildArguments;
 use super::arguments::values::{MOST_PHOTONS, file_ending_in, whole};
 use super::cluster_picture::paint_model;
 use super::inspect::{ALWAYS, describe};
-use super::shoot::{ShotComparison, paint_light, print_digests, print_rows};
+use super::shoot::{ShotComparison, print_digests, print_rows};
 use crate::TimedIndex;
 use crate::bench::progress::during;
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
+use crate::density::{
+    Bounces, Domain, Estimator, Kernel, PhotonSource, TangentPlane, automatic_radius,
+    wanted_photons,
+};
 use crate::files::output::check_writable;
-use crate::photon::{Counting, ShootOptions, Shot};
-use crate::report::Canvas;
+use crate::photon::{Counting, DEFAULT_MAX_BOUNCES, ShootOptions};
+use crate::render::{Film, Look, Passes, Progress, Sampling, Summary, paint, render};
+use crate::report::{Camera, Canvas};
 use crate::scene::{self, Model, UpAxis};
 
 /// The scene of the paper's figure 4(b).
@@ -56,28 +61,63 @@ impl Demo {
         let rows = ShotComparison { model: &model, scene, build, options }.run(IndexKind::ALL)?;
         print_rows(&rows);
         print_digests(&rows)?;
-        match (&self.picture, rows.last()) {
-            (Some(path), Some(last)) => {
-                during("painting", || self.picture(&model, &last.shot)?.save(path))?;
-                log::info!("picture: {}", path.display());
-            }
-            _ => log::info!("add --picture arboleda.png for a picture"),
+        if let Some(path) = &self.picture {
+            during("painting", || self.picture(&model)?.save(path))?;
+            log::info!("picture: {}", path.display());
+        } else {
+            log::info!("add --picture arboleda.png for a picture");
         }
         Ok(())
     }
 
-    /// Paints the clusters on the left and the irradiance on the right.
-    fn picture(&self, model: &Model, shot: &Shot) -> anyhow::Result<Canvas> {
+    /// Paints the clusters on the left, and renders the light of the photons on the right.
+    fn picture(&self, model: &Model) -> anyhow::Result<Canvas> {
         let up = UpAxis::Z.vector(model);
         let (width, height) = (820, 760);
-        let [mut clusters, mut light] = [(); 2].map(|()| Canvas::new(width, height));
+        let mut clusters = Canvas::new(width, height);
         let (scene, options) = (self.build.scene(model), self.build.options());
         paint_model(&mut clusters, model, &scene, &options, up)?;
-        let owned = TimedIndex::build(IndexKind::Bvh, &scene, &options)?;
-        paint_light(&mut light, &owned, model, shot, up);
+        let owned = TimedIndex::build(IndexKind::WideBvh, &scene, &options)?;
+        let index = owned.index();
+        let source = PhotonSource {
+            model,
+            index: index.as_ray_index(),
+            photons: 0..self.photons,
+            seed: ShootOptions::default().seed,
+            max_bounces: DEFAULT_MAX_BOUNCES,
+            bounces: Bounces::All,
+        };
+        let radius = automatic_radius(&source, wanted_photons(self.photons) as f64);
+        let (kernel, domain) = (Kernel::Epanechnikov, Domain::Visible);
+        let passes = Passes {
+            source,
+            estimator: Estimator::TangentPlane(TangentPlane {
+                radius,
+                beyond: 0.0,
+                kernel,
+                domain,
+            }),
+            disc_kind: IndexKind::WideBvh,
+            map: None,
+            camera: Camera::looking_at(&model.bounds(), up, width, height),
+            sampling: Sampling { side: 2, merged_within: 0.25 * radius },
+            passes: 1,
+        };
+        let light = paint(&render(passes, &Silent)?.0, &Look::default());
         let mut both = Canvas::new(2 * width, height);
         both.paste(&clusters, 0, 0);
         both.paste(&light, width, 0);
         Ok(both)
+    }
+}
+
+/// Listener that says nothing: the picture takes seconds.
+struct Silent;
+
+impl Progress for Silent {
+    fn photons(&self, _: u64) {}
+    fn estimates(&self, _: u64) {}
+    fn pass(&self, _: u32, _: &Film, _: &Summary) -> anyhow::Result<()> {
+        Ok(())
     }
 }

@@ -201,7 +201,7 @@ impl Shoot {
 }
 
 /// Paints the irradiance of the model's triangles by a shot.
-pub fn paint_light(canvas: &mut Canvas, owned: &TimedIndex, model: &Model, shot: &Shot, up: Vec3) {
+fn paint_light(canvas: &mut Canvas, owned: &TimedIndex, model: &Model, shot: &Shot, up: Vec3) {
     let irradiance: Vec<f64> = (0..)
         .zip(&model.triangles)
         .map(|(id, triangle)| shot.irradiance(arboleda::TriangleId(id), triangle))
