@@ -158,6 +158,11 @@ impl PhotonMap {
         self.photons.len()
     }
 
+    /// Iterates over the positions of the photons, in the order of the array.
+    pub fn positions(&self) -> impl Iterator<Item = Vec3> {
+        self.photons.iter().map(|photon| Vec3::from_array(photon.position))
+    }
+
     /// Tells whether the map has no photons.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()

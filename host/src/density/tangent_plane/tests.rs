@@ -206,6 +206,9 @@ fn irradiance_in_mid_air_needs_no_surface() {
     // Four rectangles with X = Y = 1: F = 4 (2 / (2 pi)) atan(1 / sqrt 2) / sqrt 2 = 0.554099.
     assert_near(planes[0].mean().into(), 55.4099, 0.04, "mid-air");
     assert_eq!(by_map(&lit, 0.05, &[centre], 1_000)[0].count, 0, "a map has nothing there");
+    // The black floor sends nothing up to its lower side, and light from above crosses it from behind.
+    let below = Receiver::new(Vec3::new(0.0, 0.0, 0.5), Vec3::NEG_Z).unwrap();
+    assert_eq!(estimates(&lit, &disc(0.2), &[below], 100_000)[0].count, 0);
 }
 
 #[test]
