@@ -28,6 +28,16 @@ fn help_tells_layouts_ranges_and_indices() {
         ),
         ("shoot", &["('front_photons','<u8')", "('back_flux','<f8')", "1e6", "in watts"]),
         ("inspect", &["64 to 8192", "with --picture, paint the clusters"]),
+        (
+            "irradiance",
+            &[
+                "('irradiance','<f4',(3,))",
+                "('standard_error','<f4')",
+                "float32 or float64 of shape (N, 6)",
+                "mid-air",
+            ],
+        ),
+        ("render", &["64 to 8192", "stderr", "the paper's rule", "--two-sided-lights"]),
         ("compare", &["--studies", "growth", "separation"]),
         ("paper", &["figure 3"]),
         ("separation", &["10,000 times"]),
@@ -39,7 +49,7 @@ fn help_tells_layouts_ranges_and_indices() {
             assert!(flat.contains(part), "{command}: {part}\n{shown}");
         }
     }
-    for command in ["cast", "shoot", "inspect"] {
+    for command in ["cast", "shoot", "inspect", "irradiance", "render"] {
         let (shown, _) = success(&run_in(folder.path(), &[command, "--help"]));
         for name in arboleda_host::kind_names().chain(["auto", "all"]) {
             assert!(shown.contains(&format!("- {name}:")), "{command}: {name}\n{shown}");

@@ -164,6 +164,7 @@ impl Visitor for Listed<'_> {
 mod tests {
     use super::*;
     use crate::density::fixtures::uniform_furnace;
+    use crate::scene::{FaceLight, LitSides};
 
     #[test]
     fn the_flux_of_all_triangles_is_that_of_all_hits() {
@@ -191,5 +192,27 @@ mod tests {
         assert_eq!(hits.len(), 1_000);
         assert!(hits.is_sorted_by_key(|hit| (hit.photon, hit.bounce)));
         assert!(hits.iter().all(|hit| hit.weight == [1.0; 3]));
+    }
+
+    #[test]
+    fn walls_that_emit_and_reflect_are_a_furnace() {
+        // Each side of each wall emits the exitance 1, so a radiance of 1 / pi. The outer side's photons escape.
+        let mut lit = uniform_furnace(0.5);
+        lit.model.lights.clear();
+        let radiance = [(1.0 / std::f64::consts::PI) as f32; 3];
+        let walls = 0..lit.model.triangles.len() as u32;
+        lit.model.emitters =
+            walls.map(|triangle| FaceLight { triangle, radiance, sides: LitSides::Both }).collect();
+        let light = lit.shoot(200_000, |source| TriangleLight::shoot(source, &|_| {}));
+        let balance = light.balance();
+        assert!((balance.total_flux - 48.0).abs() < 1e-5, "24 m2 on both sides");
+        let escaped = balance.escaped as f64 / balance.emitted as f64;
+        assert!((escaped - 0.5).abs() < 0.005 && balance.refused == 0, "{escaped}");
+        for light in light.irradiance(&lit.model) {
+            // 1 / (1 - 0.5) on the inside; 16,700 photons a triangle.
+            let inside = light.front.mean() + light.back.mean();
+            assert!((inside - 2.0).abs() < 0.08, "{inside}");
+            assert!(light.front.count == 0 || light.back.count == 0);
+        }
     }
 }

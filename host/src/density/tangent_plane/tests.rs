@@ -10,7 +10,9 @@ use crate::density::fixtures::{
     Lit, assert_near, furnace_behind_a_wall, lamp_over_floor, lamp_over_plate, on_floor,
     uniform_furnace,
 };
-use crate::density::{Estimate, Facing, Fan, Gather, MapEstimator, Receiver};
+use crate::density::{
+    Estimate, Estimator, Facing, Fan, Gather, LightField, MapEstimator, Receiver,
+};
 use crate::photon::fixtures::{closed_box, sphere};
 use crate::photon::{PhotonRandom, Segment, Visitor};
 use crate::scene::{AreaLight, Model};
@@ -114,6 +116,22 @@ fn walls_cut_discs_and_the_visible_part_keeps_its_value() {
     {
         assert_near(estimate.mean().into(), 2.0, tolerance, "visible polygon");
     }
+    // The same for the photons of a map.
+    lit.shoot(1_000_000, |source| {
+        let map = MapEstimator {
+            gather: Gather::Within { radius: r },
+            facing: Facing::within_degrees(10.0),
+            kernel: Kernel::Epanechnikov,
+        };
+        let estimator = Estimator::PhotonMap(map, Domain::Visible);
+        let field =
+            LightField::new(source.clone(), estimator, IndexKind::WideBvh, None, &|_| {}).unwrap();
+        let (estimates, _) = field.estimates(&receivers, &|_| {}, &|_| {}).unwrap();
+        for (estimate, tolerance) in estimates.iter().zip([0.045, 0.036, 0.062]) {
+            let tolerance = tolerance * (4.0_f64 / 3.0).sqrt();
+            assert_near(estimate.mean().into(), 2.0, tolerance, "visible polygon of a map");
+        }
+    });
 }
 
 #[test]
