@@ -176,6 +176,7 @@ impl EstimatorArguments {
             }
         };
         estimator.check()?;
+        warn_of_crowds(source, &estimator);
         Ok(estimator)
     }
 
@@ -183,5 +184,23 @@ impl EstimatorArguments {
         let none = self.load_map.is_none() && self.save_map.is_none();
         ensure!(none, "detp stores no photons: --load-map and --save-map are for photon maps");
         Ok(())
+    }
+}
+
+/// Warns of a radius that holds very many photons, because the cost of an estimate is in proportion to them.
+fn warn_of_crowds(source: &PhotonSource<'_>, estimator: &Estimator) {
+    /// Photons in an estimate, on average, from which on it takes a millisecond or more.
+    const CROWD: f64 = 50_000.0;
+    let nearest = matches!(
+        estimator,
+        Estimator::PhotonMap(MapEstimator { gather: Gather::Nearest { .. }, .. }, _)
+    );
+    let times = f64::from(estimator.radius()) / f64::from(automatic_radius(source, 1.0));
+    let count = (times * times).min((source.photons.end - source.photons.start) as f64);
+    if !nearest && count > CROWD {
+        log::warn!(
+            "the radius {} holds some {count:.0} photons, which takes long; --radius auto holds far fewer",
+            estimator.radius()
+        );
     }
 }

@@ -6,6 +6,10 @@
 //! carriers, in parallel               discs of the carrier x its segments -> sums
 //! ```
 //! A disc belongs to one carrier, so no two threads add to its sum, and the segments of a carrier stay in the cache.
+//! Where discs are so large that a chunk has very many pairs, the chunk adds them itself, so memory stays bounded. Sums
+//! are of whole numbers, so it does not matter when.
+
+use std::sync::{Mutex, PoisonError};
 
 use arboleda::{BuildError, Hit, IndexKind, Options, OwnedIndex, Ray, RayIndex, Scene, Triangle};
 use rayon::prelude::*;
@@ -23,6 +27,8 @@ use crate::{Threads, TimedIndex};
 
 /// Hits that a segment's buffer holds at first. It grows where a segment crosses more carriers.
 const HITS: usize = 64;
+/// Pairs of a chunk from which on it adds them itself: 2 MB. A usual chunk has a tenth.
+const MOST_PAIRS: usize = 1 << 18;
 
 /// Error of making discs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -89,20 +95,21 @@ impl<'r> Discs<'r> {
         source: &PhotonSource<'_>,
         progress: &(impl Fn(u64) + Sync),
     ) -> Balance {
-        // The sums are taken out while the rest is shared.
-        let mut sums = std::mem::take(&mut self.sums);
+        // The sums are taken out while the rest is shared. No thread waits for them while it holds them.
+        let sums = Mutex::new(std::mem::take(&mut self.sums));
+        let locked = || sums.lock().unwrap_or_else(PoisonError::into_inner);
         let index = self.index.index();
-        let finder = Finder { discs: self, index: index.as_ray_index(), source };
+        let finder = Finder { discs: self, index: index.as_ray_index(), source, sums: &sums };
         let mut waiting = Vec::new();
         let balance = source.stream(progress, &finder, |met| {
             waiting.push(met);
             if waiting.len() as u64 == Finder::CHUNKS_AT_ONCE {
-                self.add(&mut sums, &waiting);
+                self.add(&mut locked(), &waiting);
                 waiting.clear();
             }
         });
-        self.add(&mut sums, &waiting);
-        self.sums = sums;
+        self.add(&mut locked(), &waiting);
+        self.sums = sums.into_inner().unwrap_or_else(PoisonError::into_inner);
         balance
     }
 
@@ -185,6 +192,24 @@ impl<'r> Discs<'r> {
         }
     }
 
+    /// Adds the segments of one chunk to the sums of the discs that they cross, in this thread, and forgets them.
+    fn add_alone(&self, sums: &mut [Sums], met: &mut Met) {
+        met.pairs.sort_unstable();
+        for pairs in met.pairs.chunk_by(|a, b| a.0 == b.0) {
+            let Some(carrier) = pairs.first().and_then(|&(at, _)| self.carriers.get(at as usize))
+            else {
+                continue;
+            };
+            let flights: Vec<_> =
+                pairs.iter().map(|&(_, flight)| &met.flights[flight as usize]).collect();
+            for disc in carrier.discs.clone() {
+                self.add_to_disc(disc as usize, &mut sums[disc as usize], &flights);
+            }
+        }
+        met.pairs.clear();
+        met.flights.clear();
+    }
+
     /// Adds the segments that cross the disc of a receiver to its sum.
     #[inline]
     fn add_to_disc(&self, at: usize, sum: &mut Sums, flights: &[&(Flight, [f32; 3])]) {
@@ -248,6 +273,7 @@ struct Finder<'c> {
     discs: &'c Discs<'c>,
     index: &'c (dyn RayIndex + Sync),
     source: &'c PhotonSource<'c>,
+    sums: &'c Mutex<Vec<Sums>>,
 }
 
 impl Visitor for Finder<'_> {
@@ -285,6 +311,10 @@ impl Visitor for Finder<'_> {
             let point = end.map(|(triangle, hit)| hit_point(triangle, &hit));
             met.flights.push((Flight::new(segment, point), segment.weight));
             met.pairs.extend(met.hits[..hits].iter().map(|hit| (hit.triangle.0, flight)));
+            if met.pairs.len() >= MOST_PAIRS {
+                let mut sums = self.sums.lock().unwrap_or_else(PoisonError::into_inner);
+                self.discs.add_alone(&mut sums, met);
+            }
         }
     }
 

@@ -385,3 +385,18 @@ fn sums_do_not_depend_on_threads() {
         assert_eq!(&some, expected.get_or_insert_with(|| some.clone()), "{threads}");
     }
 }
+
+#[test]
+fn chunks_with_many_pairs_count_the_same() {
+    // Every segment meets every carrier: 313 of 64 discs each, so a chunk of 1,024 photons has 320,000 pairs.
+    let lit = lamp_over_floor();
+    let receivers: Vec<_> = (0..20_000)
+        .map(|at| on_floor(0.1 * (at % 200) as f32 - 10.0, 0.1 * (at / 200) as f32 - 5.0))
+        .collect();
+    let planes = estimates(&lit, &disc(40.0), &receivers, 3_000);
+    let all = lit.map(3_000).len() as u32;
+    for (at, estimate) in planes.iter().enumerate() {
+        // Segments that miss the floor cross the plane near it, too.
+        assert!(estimate.count >= all && estimate.count <= 3_000, "{at}: {} {all}", estimate.count);
+    }
+}
