@@ -9,6 +9,7 @@ use super::arguments::BuildArguments;
 use super::arguments::values::{MOST_PHOTONS, file_ending_in, whole};
 use super::cluster_picture::paint_model;
 use super::inspect::{ALWAYS, describe};
+use super::output::count;
 use super::shoot::{ShotComparison, print_digests, print_rows};
 use crate::TimedIndex;
 use crate::bench::progress::during;
@@ -20,7 +21,7 @@ use crate::density::{
 use crate::files::output::check_writable;
 use crate::photon::{Counting, DEFAULT_MAX_BOUNCES, ShootOptions};
 use crate::render::{Film, Look, Passes, Progress, Sampling, Summary, paint, render};
-use crate::report::{Camera, Canvas};
+use crate::report::{Camera, Canvas, Colour};
 use crate::scene::{self, Model, UpAxis};
 
 /// The scene of the paper's figure 4(b).
@@ -103,7 +104,11 @@ impl Demo {
             sampling: Sampling { side: 2, merged_within: 0.25 * radius },
             passes: 1,
         };
-        let light = paint(&render(passes, &Silent)?.0, &Look::default());
+        let (film, summary) = render(passes, &Silent)?;
+        let mut light = paint(&film, &Look::default());
+        let (photons, watts) = (count(self.photons), summary.balance.total_flux);
+        let title = format!("{SCENE}: the light of {photons} photons, {watts} W");
+        light.text((10, 10), &title, Colour::PAPER, Colour(0.0, 0.0, 0.0));
         let mut both = Canvas::new(2 * width, height);
         both.paste(&clusters, 0, 0);
         both.paste(&light, width, 0);
