@@ -179,7 +179,7 @@ fn pictures_have_one_digest_and_values() {
         (fs::read(folder.path().join("v.pfm")).unwrap(), png, said)
     };
     for estimator in ["", "--estimator photon-map"] {
-        let (first, png, _) = run(&format!("{estimator} --threads 1 --index linear"));
+        let (first, png, _) = run(&format!("{estimator} --threads 1 --index octree"));
         assert!(first.starts_with(b"PF\n96 64\n-1.0\n") && first.len() == 14 + 96 * 64 * 12);
         for more in
             ["--threads 2 --index grid-hierarchy", "--threads 3", "--threads 8 --index kd-tree"]
