@@ -24,9 +24,9 @@ pub(crate) mod vector64;
 pub use aabb::Aabb;
 pub(crate) use box4::Box4;
 pub use kernel::intersect;
-pub(crate) use lane_filter::{
-    Candidates, DISTANCE, Numbers, Points, ROUNDED, SUM, longest_edges, meet_triangles,
-};
+pub(crate) use lane_filter::{Candidates, Numbers, Points, longest_edges, meet_triangles};
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub(crate) use lane_filter::{DISTANCE, ROUNDED, SUM};
 pub(crate) use lane_ray::{LaneRay, UNDERFLOW};
 pub use overlap::may_overlap;
 pub use ray::{Ray, RayError};
