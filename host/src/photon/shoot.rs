@@ -26,7 +26,7 @@ pub enum Counting {
     /// Do not count.
     #[default]
     Off,
-    /// Sum the [`Counters`] of all rays.
+    /// Sum the [`Counters`](arboleda::Counters) of all rays.
     On,
 }
 
