@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Called after each step of long work, from any thread.
 pub type Tick<'t> = &'t (dyn Fn() + Sync);
@@ -29,6 +29,12 @@ pub fn count_bar(label: &str) -> ProgressBar {
     bar(0, label, "{prefix:>18} {human_pos}, {elapsed}")
 }
 
+/// Shows bars below each other.
+pub fn together<const COUNT: usize>(bars: [ProgressBar; COUNT]) -> [ProgressBar; COUNT] {
+    let all = MultiProgress::with_draw_target(target());
+    bars.map(|bar| all.add(bar))
+}
+
 /// Shows the label and the time elapsed while `work` is done.
 pub fn during<T>(label: &str, work: impl FnOnce() -> T) -> T {
     let spinner = bar(0, label, "{spinner} {prefix}, {elapsed}");
@@ -39,14 +45,18 @@ pub fn during<T>(label: &str, work: impl FnOnce() -> T) -> T {
 }
 
 fn bar(length: u64, label: &str, template: &str) -> ProgressBar {
-    let target = if log::log_enabled!(log::Level::Info) {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
-    };
-    let bar = ProgressBar::with_draw_target(Some(length), target).with_prefix(label.to_owned());
+    let bar = ProgressBar::with_draw_target(Some(length), target()).with_prefix(label.to_owned());
     match ProgressStyle::with_template(template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
+    }
+}
+
+/// Returns stderr, unless `--quiet` was given.
+fn target() -> ProgressDrawTarget {
+    if log::log_enabled!(log::Level::Info) {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
     }
 }

@@ -14,7 +14,7 @@ use super::arguments::values::{PIXELS, file_ending_in, number, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::lit_scene::{LitScene, print_balance};
 use super::output::{bytes, count, duration, say};
-use crate::bench::progress::{count_bar, during, photon_bar};
+use crate::bench::progress::{count_bar, during, photon_bar, together};
 use crate::density::{Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius};
 use crate::files::output::check_writable;
 use crate::render::{
@@ -157,13 +157,9 @@ impl Render {
                     passes: self.passes,
                 };
                 let total = self.photons.photons.saturating_mul(self.passes.into());
-                let listener = Listener {
-                    render: self,
-                    lit: &lit,
-                    look,
-                    photons: photon_bar(total, "photons"),
-                    estimates: count_bar("estimates"),
-                };
+                let [photons, estimates] =
+                    together([photon_bar(total, "photons"), count_bar("estimates")]);
+                let listener = Listener { render: self, lit: &lit, look, photons, estimates };
                 let (film, summary) = render(passes, &listener)?;
                 listener.photons.finish_and_clear();
                 listener.estimates.finish_and_clear();
