@@ -212,25 +212,15 @@ pub fn clock(
     repetitions: usize,
     progress: Tick<'_>,
 ) -> Vec<Vec<f64>> {
-    let mut each: Vec<_> = all.iter_mut().map(|one| (&mut **one, workload)).collect();
-    clock_each(&mut each, repetitions, progress)
-}
-
-/// Times as [`clock`], each index on photons of its own.
-pub fn clock_each(
-    all: &mut [(&mut Measured, &Workload)],
-    repetitions: usize,
-    progress: Tick<'_>,
-) -> Vec<Vec<f64>> {
-    let contenders: Vec<_> = all.iter().map(|(one, _)| Ours(one.index.index())).collect();
-    let turns = all.iter().zip(&contenders).map(|((one, workload), contender)| Turn {
+    let contenders: Vec<_> = all.iter().map(|one| Ours(one.index.index())).collect();
+    let turns = all.iter().zip(&contenders).map(|(one, contender)| Turn {
         contender,
         mode: Mode::Single,
         rays: workload.rays_of_first(one.figures.photons),
     });
     let times = time(&turns.collect::<Vec<_>>(), repetitions, progress);
     drop(contenders);
-    for ((one, _), times) in all.iter_mut().zip(&times) {
+    for (one, times) in all.iter_mut().zip(&times) {
         one.figures.seconds = Spread::of(times);
         one.figures.repetitions = times.len();
     }

@@ -46,6 +46,14 @@ impl Case {
         self.setting = format!("{}, leaves of {capacity}", self.setting);
         self
     }
+
+    /// Halves the sides of an octree's cell that are at least `share` of its longest side, in place of the default.
+    #[must_use]
+    pub fn with_least_side(mut self, share: f32) -> Self {
+        self.options.least_side = share;
+        self.setting = format!("{}, least side {share}", self.setting);
+        self
+    }
 }
 
 /// Work that a measurement may be.

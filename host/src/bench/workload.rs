@@ -108,15 +108,6 @@ impl Workload {
         self
     }
 
-    /// Maps every ray to one of another scene in which it has the same hit; leaves out occlusion rays.
-    ///
-    /// # Errors
-    /// The first of `map`.
-    pub fn mapped<E>(&self, map: impl Fn(&Ray) -> Result<Ray, E>) -> Result<Self, E> {
-        let rays = self.rays.iter().map(map).collect::<Result<Vec<Ray>, E>>()?;
-        Ok(Self { rays, hits: self.hits.clone(), ends: self.ends.clone(), ..Self::default() })
-    }
-
     /// Aims rays from inside a closed mesh at points of its edges and at its corners: for every mode the same. The
     /// answers are left out: each must hit.
     pub fn of_leaks(triangles: &[Triangle], inside: Inside, count: usize, seed: u64) -> Self {

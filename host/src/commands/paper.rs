@@ -201,16 +201,14 @@ fn record(recorder: &mut Recorder, evidence: &Evidence) {
             recorder.add("equal bytes", table.printed.scene, &three);
         }
     }
-    recorder.add("figure 3", "fig3", &evidence.figure3.hierarchy);
-    recorder.add("figure 3", "fig3", &evidence.figure3.single);
+    let scene = format!("fig3 at {:.1} sizes", evidence.figure3.gap);
+    recorder.add("figure 3", &scene, &evidence.figure3.hierarchy);
+    recorder.add("figure 3", &scene, &evidence.figure3.single);
     for row in &evidence.apart {
         let scene = format!("fig3 at {:.1} sizes", row.gap);
-        let pair = [row.hierarchy.figures.clone(), row.cube.figures.clone()];
-        recorder.add("figure 3 apart", &scene, &pair);
-        if let Some(over_box) = &row.over_box {
-            let scene = format!("{scene}, stretched");
-            recorder.add("figure 3 apart", &scene, std::slice::from_ref(&over_box.figures));
-        }
+        let all = [&row.hierarchy, &row.cubic].into_iter().chain(&row.in_proportion);
+        let all: Vec<_> = all.map(|one| one.figures.clone()).collect();
+        recorder.add("figure 3 apart", &scene, &all);
     }
     separation::record(recorder, &evidence.separation);
 }
@@ -280,18 +278,19 @@ fn print_figure3(figure3: &Figure3) {
 }
 
 fn print_apart(rows: &[ApartRow]) {
-    let mut lines = table(&["gap", "cube: level", "saved", "box: level", "saved"]);
+    let mut lines =
+        table(&["gap", "nearly cubic: level", "saved", "in proportion: level", "saved"]);
     for row in rows {
-        let (level, gain) = match (&row.over_box, row.box_gain()) {
-            (Some(over_box), Some(gain)) => {
-                (over_box.figures.deepest_level.to_string(), format!("{gain:.1}%"))
+        let (level, gain) = match (&row.in_proportion, row.proportion_gain()) {
+            (Some(single), Some(gain)) => {
+                (single.figures.deepest_level.to_string(), format!("{gain:.1}%"))
             }
             _ => (String::new(), String::new()),
         };
         lines.add_row([
             format!("{:.1}", row.gap),
-            row.cube.figures.deepest_level.to_string(),
-            format!("{:.1}%", row.cube_gain()),
+            row.cubic.figures.deepest_level.to_string(),
+            format!("{:.1}%", row.cubic_gain()),
             level,
             gain,
         ]);

@@ -31,8 +31,9 @@ fn levels(page: &mut Page, figure3: &Figure3) {
     let rows: Vec<_> = figure3.hierarchy.iter().chain(&figure3.single).map(row).collect();
     page.table(
         &format!(
-            "With leaves of at most 12 triangles the hierarchy is finished at level {HIERARCHY_LEVEL}, the single \
-             octree at level {SINGLE_LEVEL}"
+            "Clusters {} sizes apart. With leaves of at most 12 triangles the hierarchy is finished at level \
+             {HIERARCHY_LEVEL}, the single octree at level {SINGLE_LEVEL}",
+            number(figure3.gap)
         ),
         &["index", "level", "photons/s", "nodes/ray", "tests/ray", "bytes", "without triangles"],
         &rows,
@@ -43,9 +44,8 @@ fn levels(page: &mut Page, figure3: &Figure3) {
             "Level for level the hierarchy saves up to {most:.0}% of the time (the paper: up to {PUBLISHED_GAIN}%), and \
              it is finished at level {HIERARCHY_LEVEL} with {} bytes beside the triangles. The single octree needs level \
              {SINGLE_LEVEL} and {} bytes, {:.0} times as many. Both finished, the hierarchy visits {:.1} nodes and tests \
-             {:.1} triangles a ray, the single octree {:.1} and {:.1}, and of the time the hierarchy {}. Level {SINGLE_LEVEL} \
-             cuts the cubes apart, which saves tests, and an empty cell is not a node here: it is a bit that is not set, \
-             and costs neither memory nor a visit.",
+             {:.1} triangles a ray, the single octree {:.1} and {:.1}, and of the time the hierarchy {}. An empty cell is \
+             not a node here: it is a bit that is not set, and costs neither memory nor a visit.",
             hierarchy.subdivision_bytes,
             single.subdivision_bytes,
             single.subdivision_bytes as f64 / hierarchy.subdivision_bytes as f64,
@@ -90,8 +90,9 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
     page.paragraph(&format!(
         "Figure 3 again, with the clusters closer and further apart, each tree at the level at which no leaf has more than \
          12 triangles. The paper saves up to {PUBLISHED_GAIN}%, with a single octree of level {SINGLE_LEVEL}. It does not say \
-         how far the clusters are apart, nor whether the single octree begins with a cube or with the box of the scene; its \
-         picture suggests the box. Both are measured. {}",
+         how far the clusters are apart, nor which sides of a cell are halved. Its tables suggest every side on every level, which \
+         keeps cells in proportion to the box of the scene; that is measured, and beside it an octree that halves only the \
+         longest sides, so that its cells become nearly cubic. {}",
         outcome(apart)
     ));
     let line = |label: &str, colour, gain: fn(&ApartRow) -> Option<f64>| Series {
@@ -116,8 +117,8 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
         y_scale: Scale::Linear,
         x_ticks: [1.0, 10.0, 100.0, 1_000.0, 10_000.0].map(|gap| (gap, number(gap))).to_vec(),
         series: vec![
-            line("over an octree that begins with a cube", 0, |row| Some(row.cube_gain())),
-            line("over an octree that begins with the scene's box", 1, ApartRow::box_gain),
+            line("over an octree with nearly cubic cells", 0, |row| Some(row.cubic_gain())),
+            line("over an octree with cells in proportion", 1, ApartRow::proportion_gain),
             published,
         ],
     }]);
@@ -134,11 +135,11 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
             ]
         };
         cells.extend(tree(&row.hierarchy));
-        cells.extend(tree(&row.cube));
-        cells.push(signed_percent(row.cube_gain()));
-        match (&row.over_box, row.box_gain()) {
-            (Some(over_box), Some(gain)) => {
-                cells.extend(tree(over_box));
+        cells.extend(tree(&row.cubic));
+        cells.push(signed_percent(row.cubic_gain()));
+        match (&row.in_proportion, row.proportion_gain()) {
+            (Some(single), Some(gain)) => {
+                cells.extend(tree(single));
                 cells.push(signed_percent(gain));
             }
             _ => cells.extend(vec![String::new(); 6]),
@@ -146,12 +147,12 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
         cells
     };
     page.table(
-        "The hierarchy, a single octree that begins with a cube, one that begins with the scene's box. Nodes and tests are \
-         per ray, times in microseconds a photon, bytes beside the triangles. *: some leaves have more than 12 triangles, \
+        "The hierarchy, a single octree with nearly cubic cells, one with cells in proportion to the scene. Nodes and tests \
+         are per ray, times in microseconds a photon, bytes beside the triangles. *: some leaves have more than 12 triangles, \
          because the division ends at 4,096 references a triangle",
         &[
-            "gap", "level", "us", "nodes", "tests", "bytes", "cube: level", "us", "nodes", "tests", "bytes", "gain",
-            "box: level", "us", "nodes", "tests", "bytes", "gain",
+            "gap", "level", "us", "nodes", "tests", "bytes", "nearly cubic: level", "us", "nodes", "tests", "bytes", "gain",
+            "in proportion: level", "us", "nodes", "tests", "bytes", "gain",
         ],
         &apart.iter().map(cells).collect::<Vec<_>>(),
     );
@@ -160,31 +161,33 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
 /// Writes where the paper's gain is met, and why.
 fn outcome(apart: &[ApartRow]) -> String {
     let mut said = Vec::new();
-    if let Some(last) = apart.last() {
+    if let Some((first, last)) = apart.first().zip(apart.last()) {
         said.push(format!(
-            "Against an octree that begins with a cube the gain stays small: {:.0}% at {} sizes. Its cells stay cubes, so in \
-             the clusters they are like those of the hierarchy, whatever the distance; a ray only pays the way down from \
+            "Against an octree with nearly cubic cells the gain grows slowly, from {:.0}% at {} sizes to {:.0}% at {}. In the \
+             clusters its cells are like those of the hierarchy, whatever the distance; a ray only pays the way down from \
              the root, {:.1} nodes instead of {:.1}, because an empty cell is not a node here.",
-            last.cube_gain(),
+            first.cubic_gain(),
+            number(first.gap),
+            last.cubic_gain(),
             number(last.gap),
-            last.cube.figures.nodes_per_ray(),
+            last.cubic.figures.nodes_per_ray(),
             last.hierarchy.figures.nodes_per_ray(),
         ));
     }
     let same_level: Vec<(f64, f64)> = apart
         .iter()
         .filter_map(|row| {
-            let level = row.over_box.as_ref()?.figures.deepest_level;
-            (level == SINGLE_LEVEL).then_some((row.gap, row.box_gain()?))
+            let level = row.in_proportion.as_ref()?.figures.deepest_level;
+            (level == SINGLE_LEVEL).then_some((row.gap, row.proportion_gain()?))
         })
         .collect();
-    let ended = "An octree that begins with the box has long flat cells in the clusters: to cut cubes apart along the \
-                 axis it must cut them into slices across, which a ray visits one by one.";
+    let ended = "Cells in proportion are long and flat in the clusters: to cut cubes apart along the \
+                 axis, the octree must cut them into slices across, which a ray visits one by one.";
     match met(apart) {
         Some(row) => said.push(format!(
             "{ended} The paper's gain is met at {} sizes, with {:.0}%.",
             number(row.gap),
-            row.box_gain().unwrap_or(f64::NAN)
+            row.proportion_gain().unwrap_or(f64::NAN)
         )),
         None => said.push(format!("{ended} The paper's gain is not met.")),
     }

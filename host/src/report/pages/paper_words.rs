@@ -51,7 +51,7 @@ fn who_wins(table: &SceneTable, gain: fn(&LevelRow) -> f64) -> String {
 pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
     let mut points = vec![
         "Equal memory depends on how an octree is stored, which the paper does not say. Our octrees store a link to each \
-         cell that is not empty, and contiguous lists: little more than a grid's one word a cell. So a grid of the same \
+         cell that is not empty, our grids a bit for each that is; both have contiguous lists. So a grid of the same \
          size has about the density at which grids are fastest. In an octree with pointers all eight children exist, \
          with eight links each, and lists are linked; a grid of that size has several times as many cells."
             .to_owned(),
