@@ -100,14 +100,15 @@ pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> u
 
 /// # Measured
 /// The build counts a node for each of two boxes, with [`Described::COST`] for each; a query counts one for both, with
-/// [`Weights::node`], hence 3.7 tests there. On photons' rays (figure 4(b), a mesh of 125,000 triangles, a city), the
-/// instructions of a query are fewest for costs of 0.5 to 1.0, and more by 1% with 1.5, 3% with 2, 7% with 3 and 8%
-/// with 3.7; times do not differ beyond their noise. With 3.7 the index takes a fifth less memory.
+/// [`Weights::node`], hence 5.6 tests there. On photons' rays (figure 4(b), a mesh of 125,000 triangles, a city), the
+/// instructions of a query were fewest for costs of 0.5 to 1.0, and more by 1% with 1.5, 3% with 2, 7% with 3 and 8%
+/// with 3.7, while leaves tested triangles one by one. Since they are tested eight at once, times do not differ beyond
+/// their noise from 1 to 6; with 2.5 the index takes a fifth less memory.
 impl Described for Bvh {
     const NAME: &'static str = "bvh";
     const HIERARCHY_NAME: &'static str = "bvh-hierarchy";
     const FORMAT: u32 = 7;
-    const WEIGHTS: Weights = Weights { ray: 25.5, node: 76.8, test: 20.7 }; // +-15%
+    const WEIGHTS: Weights = Weights { ray: 12.6, node: 22.8, test: 4.1 }; // +-10%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 35_373.0, node: 57_647.0, test: 1_934.0 }; // +-1%
 }
 

@@ -44,7 +44,7 @@ impl Described for KdTree {
     const NAME: &'static str = "kd-tree";
     const HIERARCHY_NAME: &'static str = "kd-tree-hierarchy";
     const FORMAT: u32 = 4;
-    const COST: CostModel = CostModel::tests_per_node(1.3);
-    const WEIGHTS: Weights = Weights { ray: 27.4, node: 30.0, test: 19.7 }; // +-20%
+    const COST: CostModel = CostModel::tests_per_node(2.5);
+    const WEIGHTS: Weights = Weights { ray: 12.6, node: 20.5, test: 3.1 }; // +-10%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 38_784.0, node: 22_736.0, test: 1_934.0 }; // +-16%
 }

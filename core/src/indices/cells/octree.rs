@@ -71,7 +71,7 @@ impl Described for Octree {
     const NAME: &'static str = "octree";
     const HIERARCHY_NAME: &'static str = "octree-hierarchy";
     const FORMAT: u32 = 12;
-    const COST: CostModel = CostModel::tests_per_node(3.0);
-    const WEIGHTS: Weights = Weights { ray: 23.4, node: 69.6, test: 23.6 }; // +-19%
+    const COST: CostModel = CostModel::tests_per_node(5.0);
+    const WEIGHTS: Weights = Weights { ray: 12.9, node: 31.7, test: 6.1 }; // +-13%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 37_692.0, node: 44_729.0, test: 1_934.0 }; // +-7%
 }

@@ -54,7 +54,7 @@ impl Described for OctreeR {
     const NAME: &'static str = "octree-r";
     const HIERARCHY_NAME: &'static str = "octree-r-hierarchy";
     const FORMAT: u32 = 3;
-    const COST: CostModel = CostModel::tests_per_node(3.0);
-    const WEIGHTS: Weights = Weights { ray: 24.4, node: 64.0, test: 22.6 }; // +-21%
+    const COST: CostModel = CostModel::tests_per_node(4.0);
+    const WEIGHTS: Weights = Weights { ray: 12.7, node: 28.4, test: 7.5 }; // +-11%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 36_948.0, node: 42_411.0, test: 1_934.0 }; // +-8%
 }

@@ -176,8 +176,8 @@ impl Described for UniformGrid {
     const NAME: &'static str = "uniform-grid";
     const HIERARCHY_NAME: &'static str = "grid-hierarchy";
     const FORMAT: u32 = 13;
-    const COST: CostModel = CostModel::tests_per_node(2.5);
-    const WEIGHTS: Weights = Weights { ray: 27.0, node: 71.1, test: 27.5 }; // +-20%
+    const COST: CostModel = CostModel::tests_per_node(4.0);
+    const WEIGHTS: Weights = Weights { ray: 13.3, node: 30.6, test: 8.4 }; // +-16%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 55_044.0, node: 90_339.0, test: 1_934.0 }; // +-10%
     const USES_RAYS: bool = true;
 }
