@@ -28,7 +28,7 @@ const INDEX_BYTES: &[(&str, u64)] = &[
     ("kd-tree", 0xde2e_643d_1550_d4df),
     ("kd-tree-hierarchy", 0x2d00_bc11_6fa1_931b),
     ("bsp-tree", 0x8da2_a343_cdc7_0ec3),
-    ("bsp-tree-hierarchy", 0x064b_3430_4ed6_fd4f),
+    ("bsp-tree-hierarchy", 0x708e_9625_d095_da74),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
     ("wide-bvh", 0x4ef8_e330_e59f_4ec7),
