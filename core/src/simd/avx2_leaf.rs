@@ -53,7 +53,6 @@ fn test_with<T: Borrow<Triangle>, Q: Query>(
     query: &mut Q,
 ) -> ControlFlow<()> {
     for ids in ids.chunks(LANES) {
-        query.count_tests(ids.len() as u32);
         let last = query.last_t();
         let met = if ids.len() <= 4 {
             let Some(four) = four_of(&get, ids) else { continue };

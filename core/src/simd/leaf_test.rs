@@ -9,6 +9,7 @@ use glam::{Mat4, Vec4};
 
 use super::candidates::decide_each;
 use super::portable::Portable;
+use crate::geometry::kernel::surely_missed;
 use crate::geometry::{
     Candidates, LaneRay, Points, RaySpan, Triangle, longest_edges, meet_triangles,
 };
@@ -32,8 +33,10 @@ pub(crate) fn test_triangles<Q: Query>(
     level: SimdLevel,
     query: &mut Q,
 ) -> ControlFlow<()> {
+    // All of them at first: how many are tested at once must not show where a test ends an any-hit query.
+    query.count_tests(ids.len() as u32);
     let (Some(lanes), true) = (ray.lanes(), LANES > 1) else {
-        return test_each(mesh, ids, query);
+        return decide_singly(mesh, ids, query);
     };
     #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
     if let Some(flow) = super::avx2_leaf::test(level, mesh, ids, lanes, query) {
@@ -53,6 +56,26 @@ pub(crate) fn test_each<Q: Query>(mesh: Mesh<'_>, ids: &[u32], query: &mut Q) ->
             query.test(TriangleId(id), triangle)?;
         } else if let Some(triangle) = mesh.get(id) {
             query.test(TriangleId(id), &triangle)?;
+        }
+    }
+    ControlFlow::Continue(())
+}
+
+/// Tests one triangle at a time, without counting.
+#[inline(never)]
+fn decide_singly<Q: Query>(mesh: Mesh<'_>, ids: &[u32], query: &mut Q) -> ControlFlow<()> {
+    for &id in ids {
+        // A list by reference, as in `test_each`.
+        let gathered;
+        let triangle = if let Mesh::Triangles(triangles) = mesh {
+            triangles.get(id as usize)
+        } else {
+            gathered = mesh.get(id);
+            gathered.as_ref()
+        };
+        let Some(triangle) = triangle else { continue };
+        if !surely_missed(query.ray(), triangle) {
+            query.decide(TriangleId(id), triangle)?;
         }
     }
     ControlFlow::Continue(())
@@ -95,7 +118,6 @@ fn test_four<Q: Query>(
     ray: &LaneRay,
     query: &mut Q,
 ) -> ControlFlow<()> {
-    query.count_tests(ids.len() as u32);
     let met = meet_four::<Q>(four, ray, query.last_t());
     decide_each::<Portable, Q>(met.of((1 << ids.len()) - 1, query)?, ray, query, |lane| {
         let id = ids.get(lane).copied().unwrap_or(u32::MAX);
