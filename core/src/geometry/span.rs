@@ -236,8 +236,11 @@ impl RaySpan {
     }
 
     /// Counts a parameter from the start: the next `f32` before it, and the next after it. What is beyond all `f32`
-    /// lies behind all hits, because a reported `t` is finite.
+    /// lies behind all hits, because a reported `t` is finite. An infinity stays: it has no margin.
     fn rounded(&self, t: f64) -> AxisCrossing {
+        if t.is_infinite() {
+            return AxisCrossing { earliest: t as f32, latest: t as f32 };
+        }
         let s = t - self.start;
         let margin = (t.abs() + self.start.abs()) * MARGIN;
         let is_beyond = t as f32 == f32::INFINITY;
@@ -299,5 +302,36 @@ impl Span {
     #[must_use]
     pub fn until(self, latest: f32) -> Self {
         Self { to: if latest < self.to { latest } else { self.to }, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vec3;
+
+    /// A ray that runs beside a box misses it from any distance, on either side and on any axis.
+    #[test]
+    fn rays_beside_a_box_are_clipped() {
+        let scene = Aabb { lo: Vec3::splat(-4.0), hi: Vec3::splat(4.0) };
+        let bounds = Aabb { lo: Vec3::splat(-1.0), hi: Vec3::splat(1.0) };
+        for distance in [8.0, 1e9_f32] {
+            for axis in 0..3 {
+                for beside in [-2.0, 2.0] {
+                    let along = (axis + 1) % 3;
+                    let mut origin = [0.0; 3];
+                    let mut direction = [0.0; 3];
+                    (origin[axis], origin[along], direction[along]) = (beside, -distance, 1.0);
+                    let ray = Ray::new(origin.into(), direction.into()).unwrap();
+                    let prepared = RaySpan::new(&ray, &scene);
+                    let part = prepared.clip(&bounds, prepared.whole());
+                    assert!(part.is_empty(), "{origin:?} along {direction:?}: {part:?}");
+                    origin[axis] = 0.0;
+                    let ray = Ray::new(origin.into(), direction.into()).unwrap();
+                    let prepared = RaySpan::new(&ray, &scene);
+                    assert!(!prepared.clip(&bounds, prepared.whole()).is_empty());
+                }
+            }
+        }
     }
 }
