@@ -99,6 +99,12 @@ pub trait Query: Sealed {
     #[inline]
     fn test(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         self.count_tests(1);
+        self.test_counted(id, triangle)
+    }
+
+    /// Tests a triangle that is counted already.
+    #[inline]
+    fn test_counted(&mut self, id: TriangleId, triangle: &Triangle) -> ControlFlow<()> {
         if kernel::surely_missed(self.ray(), triangle) {
             return ControlFlow::Continue(());
         }

@@ -9,20 +9,15 @@ use glam::{Mat4, Vec4};
 
 use super::candidates::decide_each;
 use super::portable::Portable;
-use crate::geometry::kernel::surely_missed;
 use crate::geometry::{
     Candidates, LaneRay, Points, RaySpan, Triangle, longest_edges, meet_triangles,
 };
 use crate::input::{Mesh, SimdLevel};
 use crate::query::{Query, TriangleId};
 
-/// Number of triangles that are tested at once.
-const LANES: usize =
-    if cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")) {
-        4
-    } else {
-        1
-    };
+/// True if the target has vector registers of four `f32`.
+const HAS_VECTORS: bool =
+    cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128"));
 
 /// Shows a query the triangles of a mesh that `ids` names.
 #[inline]
@@ -35,8 +30,8 @@ pub(crate) fn test_triangles<Q: Query>(
 ) -> ControlFlow<()> {
     // All of them at first: how many are tested at once must not show where a test ends an any-hit query.
     query.count_tests(ids.len() as u32);
-    let (Some(lanes), true) = (ray.lanes(), LANES > 1) else {
-        return decide_singly(mesh, ids, query);
+    let (Some(lanes), true) = (ray.lanes(), HAS_VECTORS) else {
+        return test_singly(mesh, ids, query);
     };
     #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
     if let Some(flow) = super::avx2_leaf::test(level, mesh, ids, lanes, query) {
@@ -49,33 +44,29 @@ pub(crate) fn test_triangles<Q: Query>(
 /// Shows a query the triangles of a mesh that `ids` names, one at a time.
 #[inline(never)]
 pub(crate) fn test_each<Q: Query>(mesh: Mesh<'_>, ids: &[u32], query: &mut Q) -> ControlFlow<()> {
-    for &id in ids {
-        // A list by reference: copying every triangle would double the time of a linear scan.
-        if let Mesh::Triangles(triangles) = mesh {
-            let Some(triangle) = triangles.get(id as usize) else { continue };
-            query.test(TriangleId(id), triangle)?;
-        } else if let Some(triangle) = mesh.get(id) {
-            query.test(TriangleId(id), &triangle)?;
-        }
-    }
-    ControlFlow::Continue(())
+    for_each_triangle(mesh, ids, |id, triangle| query.test(id, triangle))
 }
 
 /// Tests one triangle at a time, without counting.
 #[inline(never)]
-fn decide_singly<Q: Query>(mesh: Mesh<'_>, ids: &[u32], query: &mut Q) -> ControlFlow<()> {
+fn test_singly<Q: Query>(mesh: Mesh<'_>, ids: &[u32], query: &mut Q) -> ControlFlow<()> {
+    for_each_triangle(mesh, ids, |id, triangle| query.test_counted(id, triangle))
+}
+
+/// Calls `test` with each triangle of a mesh that `ids` names.
+#[inline]
+fn for_each_triangle(
+    mesh: Mesh<'_>,
+    ids: &[u32],
+    mut test: impl FnMut(TriangleId, &Triangle) -> ControlFlow<()>,
+) -> ControlFlow<()> {
     for &id in ids {
-        // A list by reference, as in `test_each`.
-        let gathered;
-        let triangle = if let Mesh::Triangles(triangles) = mesh {
-            triangles.get(id as usize)
-        } else {
-            gathered = mesh.get(id);
-            gathered.as_ref()
-        };
-        let Some(triangle) = triangle else { continue };
-        if !surely_missed(query.ray(), triangle) {
-            query.decide(TriangleId(id), triangle)?;
+        // A list by reference: copying every triangle would double the time of a linear scan.
+        if let Mesh::Triangles(triangles) = mesh {
+            let Some(triangle) = triangles.get(id as usize) else { continue };
+            test(TriangleId(id), triangle)?;
+        } else if let Some(triangle) = mesh.get(id) {
+            test(TriangleId(id), &triangle)?;
         }
     }
     ControlFlow::Continue(())
