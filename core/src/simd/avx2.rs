@@ -181,9 +181,15 @@ fn without(keys: __m128i, lane: usize) -> __m128i {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn edges(leaf: &LeafRows) -> __m256 {
+fn corners(leaf: &LeafRows) -> [[__m256; 3]; 3] {
     let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
-    longest_edges([corner(0), corner(3), corner(6)])
+    [corner(0), corner(3), corner(6)]
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn edges(leaf: &LeafRows) -> __m256 {
+    longest_edges(corners(leaf))
 }
 
 /// The largest component of each triangle's edges at corner a.
@@ -208,8 +214,7 @@ fn meet_triangles<Q: Query>(
     edges: __m256,
     last: f32,
 ) -> Candidates {
-    let corner = |row: usize| [load(&leaf[row]), load(&leaf[row + 1]), load(&leaf[row + 2])];
-    meet_corners::<Q>([corner(0), corner(3), corner(6)], ray, edges, last)
+    meet_corners::<Q>(corners(leaf), ray, edges, last)
 }
 
 /// Filters eight triangles, given by their corners.

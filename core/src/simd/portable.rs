@@ -9,7 +9,9 @@ use core::ops::{Add, Mul, Neg, Sub};
 use glam::Vec4;
 
 use super::lanes::{FAR, LANES, Lanes, LeafRows, Node, Row, sides_of};
-use crate::geometry::{Candidates, LaneRay, Numbers, UNDERFLOW, meet_triangles};
+use crate::geometry::{
+    Candidates, LaneRay, Numbers, Points, UNDERFLOW, longest_edges, meet_triangles,
+};
 use crate::query::Query;
 
 /// Lanes for every target.
@@ -130,6 +132,13 @@ pub(crate) fn meet_planes(
     core::array::from_fn(key)
 }
 
+/// The corners of the triangles of a leaf.
+#[inline(always)]
+fn corners(leaf: &LeafRows) -> [Points<Eight>; 3] {
+    let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
+    [corner(0), corner(3), corner(6)]
+}
+
 impl Lanes for Portable {
     type Keys = [u16; LANES];
     type Numbers = Eight;
@@ -167,8 +176,7 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn edges(leaf: &LeafRows) -> Eight {
-        let length = |at: usize| (Eight::of(&leaf[at]) - Eight::of(&leaf[at % 3])).abs();
-        (4..9).fold(length(3), |longest, at| longest.larger(length(at)))
+        longest_edges(corners(leaf))
     }
 
     #[inline(always)]
@@ -178,7 +186,6 @@ impl Lanes for Portable {
         edges: Eight,
         last: f32,
     ) -> Candidates {
-        let corner = |row: usize| [0, 1, 2].map(|axis| Eight::of(&leaf[row + axis]));
-        meet_triangles([corner(0), corner(3), corner(6)], ray, edges, last, Q::ANY)
+        meet_triangles(corners(leaf), ray, edges, last, Q::ANY)
     }
 }
