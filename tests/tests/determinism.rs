@@ -31,12 +31,12 @@ const INDEX_BYTES: &[(&str, u64)] = &[
     ("bsp-tree-hierarchy", 0x708e_9625_d095_da74),
     ("bvh", 0x12cc_27f2_0d71_055c),
     ("bvh-hierarchy", 0xf5b0_52bd_b8f7_fbeb),
-    ("wide-bvh", 0x4ef8_e330_e59f_4ec7),
-    ("wide-bvh-hierarchy", 0x18b2_fe1d_6800_a291),
-    ("compact-bvh", 0x1d10_8e60_08fa_1232),
-    ("compact-bvh-hierarchy", 0x7833_c5bb_b115_2150),
-    ("lean-bvh", 0xcd86_43db_3304_b843),
-    ("lean-bvh-hierarchy", 0x2569_d243_7e72_2e7f),
+    ("wide-bvh", 0x0b7383becdc58f3c),
+    ("wide-bvh-hierarchy", 0x75eef9079faa880b),
+    ("compact-bvh", 0x912698c2fcecb0e2),
+    ("compact-bvh-hierarchy", 0xe4069dbf8624c476),
+    ("lean-bvh", 0xc96b1e49e0dff604),
+    ("lean-bvh-hierarchy", 0xd5b746b21f0dedde),
 ];
 
 /// Makes a lattice, a soup and a sphere in three groups of different sizes. Only sums, products and square roots are

@@ -57,12 +57,12 @@ registry! {
     /// | bsp-tree-hierarchy | 3200 | 4032 | 3776 | 4224 | 960 |
     /// | bvh | 3328 | 4160 | 3840 | 9984 | 960 |
     /// | bvh-hierarchy | 3328 | 4160 | 3840 | 7936 | 960 |
-    /// | wide-bvh | 4288 | 6208 | 5888 | 14528 | 6464 |
-    /// | wide-bvh-hierarchy | 4288 | 6208 | 5888 | 15424 | 6464 |
-    /// | compact-bvh | 4288 | 5120 | 6080 | 13888 | 6272 |
-    /// | compact-bvh-hierarchy | 4288 | 5120 | 6080 | 14720 | 6272 |
-    /// | lean-bvh | 4480 | 6528 | 6336 | 13888 | 6528 |
-    /// | lean-bvh-hierarchy | 4480 | 6528 | 6336 | 14720 | 6528 |
+    /// | wide-bvh | 4288 | 6208 | 5888 | 11264 | 6464 |
+    /// | wide-bvh-hierarchy | 4288 | 6208 | 5888 | 12096 | 6464 |
+    /// | compact-bvh | 4288 | 5120 | 6080 | 10624 | 6272 |
+    /// | compact-bvh-hierarchy | 4288 | 5120 | 6080 | 11456 | 6272 |
+    /// | lean-bvh | 4480 | 6528 | 6336 | 10624 | 6528 |
+    /// | lean-bvh-hierarchy | 4480 | 6528 | 6336 | 11456 | 6528 |
 
     "linear" = 1, cfg(all()), crate::indices::linear::scratch_bytes {
         /// Linear scan: every triangle is tested.

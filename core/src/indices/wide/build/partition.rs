@@ -10,7 +10,7 @@ use arrayvec::ArrayVec;
 use glam::Vec4;
 
 use super::BALANCED_FROM;
-use super::binned_sah::{leaf_tests, split_by_sah, split_equally};
+use super::binned_sah::{cost_of, split_by_sah, split_equally};
 use super::primitive::{Primitive, PrimitiveBounds};
 use crate::cluster::{ClusterNode, Clusters, MAX_TREE_DEPTH, NodeId};
 use crate::geometry::Box4;
@@ -101,7 +101,7 @@ impl<'b> Divider<'b> {
     fn cheaper_first(&self, node: &ClusterNode) -> [u32; 2] {
         let cost = |link: u32| {
             let count = self.counts.get(link as usize).map_or(0, |&count| count.cast_signed());
-            self.bounds_of(link).half_area() * leaf_tests(count)
+            self.bounds_of(link).half_area() * cost_of(count)
         };
         let [left, right] = node.links;
         if cost(right) < cost(left) { [right, left] } else { [left, right] }
