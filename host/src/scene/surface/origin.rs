@@ -66,12 +66,13 @@ fn middle<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
         return [0.0; 3];
     }
     let longest = (0..3).map(|axis| hi[axis] - lo[axis]).fold(0.0, f64::max);
-    // Powers of ten up to 10^22 are exact, so the quotient is the f64 nearest to a short decimal.
+    // Powers of ten up to 10^22 are exact, so the quotient is the f64 nearest to a short decimal. The logarithm is that
+    // of `libm`, the same on every machine.
     let digits =
-        if longest > 0.0 { (1.0 - longest.log10().floor()).clamp(-22.0, 22.0) } else { 3.0 };
+        if longest > 0.0 { (1.0 - libm::log10(longest).floor()).clamp(-22.0, 22.0) } else { 3.0 };
+    let power = (0..digits.abs() as u32).fold(1.0, |power, _| power * 10.0);
     [0, 1, 2].map(|axis| {
         let centre = lo[axis] / 2.0 + hi[axis] / 2.0;
-        let power = 10_f64.powi(digits.abs() as i32);
         let rounded = if digits >= 0.0 {
             (centre * power).round() / power
         } else {

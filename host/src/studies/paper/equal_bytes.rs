@@ -41,14 +41,14 @@ pub fn grid_of_bytes(
         Ok(capacity.index - triangle_bytes)
     };
     // The ends of the range, as logarithms: density, and bytes once they are known.
-    let (mut low, mut high) = ((DENSITIES.0.ln(), None), (DENSITIES.1.ln(), None));
-    let target = (wanted.max(1) as f64).ln();
+    let (mut low, mut high) = ((libm::log(DENSITIES.0), None), (libm::log(DENSITIES.1), None));
+    let target = libm::log(wanted.max(1) as f64);
     // Begin near where surfaces usually land, not in the middle of a range a million wide: the dry run of
     // the middle is cheap, that of 1024 cells a triangle is not.
-    let mut middle = (wanted as f64 / triangle_bytes.max(1) as f64).max(0.02).ln();
+    let mut middle = libm::log((wanted as f64 / triangle_bytes.max(1) as f64).max(0.02));
     let mut best: Option<(f64, usize)> = None;
     for _ in 0..STEPS {
-        let bytes = size(middle.exp())?;
+        let bytes = size(libm::exp(middle))?;
         let off = |bytes: usize| bytes.abs_diff(wanted);
         if best.is_none_or(|(_, known)| off(bytes) < off(known)) {
             best = Some((middle, bytes));
@@ -57,7 +57,7 @@ pub fn grid_of_bytes(
         if is_narrow || off(bytes) as f64 <= wanted as f64 * TOLERANCE * 0.1 {
             break;
         }
-        let known = Some((bytes.max(1) as f64).ln());
+        let known = Some(libm::log(bytes.max(1) as f64));
         if bytes < wanted {
             low = (middle, known);
         } else {
@@ -75,7 +75,7 @@ pub fn grid_of_bytes(
         };
     }
     let (density, bytes) = best.context("no density was tried")?;
-    Ok((Case::at_density(kind, density.exp() as f32), bytes))
+    Ok((Case::at_density(kind, libm::exp(density) as f32), bytes))
 }
 
 #[cfg(test)]
