@@ -79,6 +79,34 @@ pub fn write_npy<T: npyz::AutoSerialize + Copy>(
     })
 }
 
+/// Writes one row for each triangle, in the order of ids: as CSV if the name ends in .csv, else as a structured array.
+/// A line of the CSV file has the triangle, then its `cells`; `columns` names all of them.
+///
+/// # Errors
+/// The errors of [`write_file`].
+pub fn write_triangle_rows<R, C>(
+    path: &Path,
+    columns: &[&str],
+    rows: &[R],
+    cells: impl Fn(&R) -> C,
+) -> anyhow::Result<()>
+where
+    R: npyz::AutoSerialize + Copy,
+    C: serde::Serialize,
+{
+    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("csv")) {
+        return write_npy(path, &[rows.len()], rows);
+    }
+    write_file(path, |file| {
+        let mut writer = csv::Writer::from_writer(file);
+        writer.write_record(columns)?;
+        for (triangle, row) in rows.iter().enumerate() {
+            writer.serialize((triangle, cells(row)))?;
+        }
+        writer.flush()
+    })
+}
+
 /// Makes a folder for files, and the folders above it.
 ///
 /// # Errors

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::files::output::{write_file, write_npy};
+use crate::files::output::write_triangle_rows;
 use crate::photon::Shot;
 
 /// Row of the file: photons and watts that one triangle received, by side.
@@ -35,21 +35,8 @@ pub fn write_flux(path: &Path, shot: &Shot) -> anyhow::Result<()> {
             }
         })
         .collect();
-    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("csv")) {
-        return write_npy(path, &[rows.len()], &rows);
-    }
-    write_file(path, |file| {
-        let mut writer = csv::Writer::from_writer(file);
-        writer.write_record(COLUMNS)?;
-        for (triangle, row) in rows.iter().enumerate() {
-            writer.serialize((
-                triangle,
-                row.front_photons,
-                row.back_photons,
-                row.front_flux,
-                row.back_flux,
-            ))?;
-        }
-        writer.flush()
+    write_triangle_rows(path, &COLUMNS, &rows, |row| {
+        let Received { front_photons, back_photons, front_flux, back_flux } = *row;
+        (front_photons, back_photons, front_flux, back_flux)
     })
 }

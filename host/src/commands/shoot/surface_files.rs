@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::density::{PhotonHit, TriangleIrradiance};
-use crate::files::output::{write_file, write_npy};
+use crate::files::output::{write_file, write_triangle_rows};
 use crate::report::heat;
 use crate::scene::Model;
 
@@ -58,19 +58,10 @@ impl From<&TriangleIrradiance> for Row {
 /// If the file cannot be written.
 pub fn write_triangles(path: &Path, lights: &[TriangleIrradiance]) -> anyhow::Result<()> {
     let rows: Vec<Row> = lights.iter().map(Row::from).collect();
-    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("csv")) {
-        return write_npy(path, &[rows.len()], &rows);
-    }
-    write_file(path, |file| {
-        let mut writer = csv::Writer::from_writer(file);
-        writer.write_record(COLUMNS)?;
-        for (triangle, row) in rows.iter().enumerate() {
-            let ([fr, fg, fb], [br, bg, bb]) = (row.front_irradiance, row.back_irradiance);
-            let errors = (row.front_error, row.back_error);
-            let photons = (row.front_photons, row.back_photons);
-            writer.serialize((triangle, row.area, fr, fg, fb, br, bg, bb, errors, photons))?;
-        }
-        writer.flush()
+    write_triangle_rows(path, &COLUMNS, &rows, |row| {
+        let errors = (row.front_error, row.back_error);
+        let photons = (row.front_photons, row.back_photons);
+        (row.area, row.front_irradiance, row.back_irradiance, errors, photons)
     })
 }
 
