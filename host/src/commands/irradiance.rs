@@ -6,12 +6,10 @@ use std::time::Instant;
 use arboleda::Vec3;
 use clap::Args;
 
-use super::arguments::estimator::{EstimatorArguments, KernelName};
-use super::arguments::light::LightArguments;
-use super::arguments::photons::PhotonArguments;
+use super::arguments::SceneArguments;
+use super::arguments::estimator::KernelName;
 use super::arguments::values::file_ending_in;
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
-use super::lit_scene::{LitScene, print_balance};
+use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{bytes, count, duration, say};
 use crate::bench::progress::photon_bar;
 use crate::density::{Estimate, Receiver, Work};
@@ -41,15 +39,7 @@ pub struct Irradiance {
     #[arg(long, value_name = "E.npy", value_parser = file_ending_in(&["npy"]))]
     out: PathBuf,
     #[command(flatten)]
-    photons: PhotonArguments,
-    #[command(flatten)]
-    estimator: EstimatorArguments,
-    #[command(flatten)]
-    lights: LightArguments,
-    #[command(flatten)]
-    index: IndexChoice,
-    #[command(flatten)]
-    build: BuildArguments,
+    lighting: LightingArguments,
 }
 
 /// Row of the file of estimates.
@@ -75,16 +65,15 @@ impl Irradiance {
     /// If a file cannot be read or written, or options contradict each other.
     pub fn run(&self) -> anyhow::Result<()> {
         check_writable(&self.out)?;
-        if let Some(path) = &self.estimator.save_map {
+        if let Some(path) = &self.lighting.estimator.save_map {
             check_writable(path)?;
         }
         let table = rays::load_as(&self.points, &rays::POINTS)?;
-        self.photons.run(|| self.estimate(&table))
+        self.lighting.photons.run(|| self.estimate(&table))
     }
 
     fn estimate(&self, table: &rays::RayTable) -> anyhow::Result<()> {
-        let lit =
-            LitScene::load(&self.scene, &self.lights, &self.index, &self.build, &self.photons)?;
+        let lit = LitScene::load(&self.scene, &self.lighting)?;
         // 1. Receivers: the rows that are valid.
         let points = table.points(lit.model.origin);
         let receivers: Vec<Option<Receiver>> =
@@ -95,10 +84,10 @@ impl Irradiance {
         // 2. Estimates.
         let start = Instant::now();
         let (estimates, Work { balance, bytes: memory }, estimator) =
-            lit.with_source(&self.photons, &self.estimator, |source| -> anyhow::Result<_> {
-                let estimator = self.estimator.resolve(source, KernelName::Constant)?;
-                let field = lit.field(source, &estimator, &self.estimator)?;
-                let bar = photon_bar(self.photons.photons, "estimating");
+            lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
+                let estimator = self.lighting.estimator.resolve(source, KernelName::Constant)?;
+                let field = lit.field(source, &estimator, &self.lighting.estimator)?;
+                let bar = photon_bar(self.lighting.photons.photons, "estimating");
                 let (estimates, work) = field.estimates(&valid, &|some| bar.inc(some), &|_| {})?;
                 bar.finish_and_clear();
                 Ok((estimates, work, estimator))

@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use arboleda::{IndexKind, OwnedIndex};
+use clap::Args;
 
 use super::arguments::estimator::EstimatorArguments;
 use super::arguments::light::LightArguments;
@@ -15,7 +16,22 @@ use crate::photon::DEFAULT_MAX_BOUNCES;
 use crate::scene::Model;
 use crate::{Threads, TimedIndex};
 
-/// Model and index.
+/// Photons, estimator, lights and index of a command that estimates irradiance.
+#[derive(Args)]
+pub struct LightingArguments {
+    #[command(flatten)]
+    pub photons: PhotonArguments,
+    #[command(flatten)]
+    pub estimator: EstimatorArguments,
+    #[command(flatten)]
+    lights: LightArguments,
+    #[command(flatten)]
+    index: IndexChoice,
+    #[command(flatten)]
+    build: BuildArguments,
+}
+
+/// Model with its lights, and an index over its triangles.
 pub struct LitScene {
     pub model: Model,
     pub index: OwnedIndex,
@@ -28,13 +44,8 @@ impl LitScene {
     ///
     /// # Errors
     /// If the scene cannot be loaded or indexed.
-    pub fn load(
-        scene: &SceneArguments,
-        lights: &LightArguments,
-        index: &IndexChoice,
-        build: &BuildArguments,
-        photons: &PhotonArguments,
-    ) -> anyhow::Result<Self> {
+    pub fn load(scene: &SceneArguments, lighting: &LightingArguments) -> anyhow::Result<Self> {
+        let LightingArguments { photons, lights, index, build, .. } = lighting;
         let model = lights.lit(scene.load()?, scene.up);
         let sample = index.uses_rays().then(|| {
             let few = SAMPLE_PHOTONS.min(photons.photons.max(1));
@@ -56,10 +67,10 @@ impl LitScene {
     /// Runs work with the source of the photons.
     pub fn with_source<T>(
         &self,
-        photons: &PhotonArguments,
-        estimator: &EstimatorArguments,
+        lighting: &LightingArguments,
         work: impl FnOnce(&PhotonSource<'_>) -> T,
     ) -> T {
+        let LightingArguments { photons, estimator, .. } = lighting;
         let index = self.index.index();
         work(&PhotonSource {
             model: &self.model,
@@ -81,21 +92,35 @@ impl LitScene {
         estimator: &Estimator,
         arguments: &EstimatorArguments,
     ) -> anyhow::Result<LightField<'s>> {
-        let given = match &arguments.load_map {
-            Some(path) => {
-                Some(during("reading the photon map", || PhotonMap::load(path, &self.model))?)
-            }
-            None => None,
-        };
+        let given = self.load_map(arguments)?;
         let bar = photon_bar(source.photons.end - source.photons.start, "photon map");
         let progress = |photons| bar.inc(photons);
         let field = LightField::new(source.clone(), *estimator, self.disc_kind, given, &progress)?;
         bar.finish_and_clear();
-        if let (Some(path), Some(map)) = (&arguments.save_map, field.map()) {
-            during("writing the photon map", || map.save(path, &self.model))?;
-            log::info!("photon map: {}", path.display());
+        if let Some(map) = field.map() {
+            self.save_map(map, arguments)?;
         }
         Ok(field)
+    }
+
+    /// Reads the photon map of `--load-map`, if it is given.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not a photon map of this scene.
+    pub fn load_map(&self, arguments: &EstimatorArguments) -> anyhow::Result<Option<PhotonMap>> {
+        let Some(path) = &arguments.load_map else { return Ok(None) };
+        Ok(Some(during("reading the photon map", || PhotonMap::load(path, &self.model))?))
+    }
+
+    /// Writes a photon map to the file of `--save-map`, if it is given.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_map(&self, map: &PhotonMap, arguments: &EstimatorArguments) -> anyhow::Result<()> {
+        let Some(path) = &arguments.save_map else { return Ok(()) };
+        during("writing the photon map", || map.save(path, &self.model))?;
+        log::info!("photon map: {}", path.display());
+        Ok(())
     }
 }
 

@@ -1,20 +1,18 @@
 //! `arboleda render`: a picture of a scene by photons.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context;
 use arboleda::Vec3;
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 
-use super::arguments::estimator::{EstimatorArguments, KernelName};
-use super::arguments::light::LightArguments;
-use super::arguments::photons::PhotonArguments;
+use super::arguments::SceneArguments;
+use super::arguments::estimator::KernelName;
 use super::arguments::values::{PIXELS, file_ending_in, number, whole};
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
-use super::lit_scene::{LitScene, print_balance};
+use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{bytes, count, duration, say};
-use crate::bench::progress::{count_bar, during, photon_bar, together};
+use crate::bench::progress::{count_bar, photon_bar, together};
 use crate::density::{Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius};
 use crate::files::output::check_writable;
 use crate::render::{
@@ -81,15 +79,7 @@ pub struct Render {
     #[arg(long, value_name = "P", default_value_t = 1, value_parser = whole::<u32>(1..=1_000_000))]
     passes: u32,
     #[command(flatten)]
-    photons: PhotonArguments,
-    #[command(flatten)]
-    estimator: EstimatorArguments,
-    #[command(flatten)]
-    lights: LightArguments,
-    #[command(flatten)]
-    index: IndexChoice,
-    #[command(flatten)]
-    build: BuildArguments,
+    lighting: LightingArguments,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -134,19 +124,20 @@ impl Render {
     /// # Errors
     /// If the scene cannot be loaded, a file cannot be written, or options contradict each other.
     pub fn run(&self) -> anyhow::Result<()> {
-        let files = [Some(&self.out), self.values.as_ref(), self.estimator.save_map.as_ref()];
+        let files =
+            [Some(&self.out), self.values.as_ref(), self.lighting.estimator.save_map.as_ref()];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
-        self.photons.run(|| self.picture())
+        self.lighting.photons.run(|| self.picture())
     }
 
     fn picture(&self) -> anyhow::Result<()> {
-        let lit =
-            LitScene::load(&self.scene, &self.lights, &self.index, &self.build, &self.photons)?;
+        let lit = LitScene::load(&self.scene, &self.lighting)?;
         let look = self.look();
         let (film, summary, estimator) =
-            lit.with_source(&self.photons, &self.estimator, |source| -> anyhow::Result<_> {
-                let estimator = self.estimator.resolve(source, KernelName::Epanechnikov)?;
-                let map = self.load_map(&lit)?;
+            lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
+                let estimator =
+                    self.lighting.estimator.resolve(source, KernelName::Epanechnikov)?;
+                let map = lit.load_map(&self.lighting.estimator)?;
                 let passes = Passes {
                     source: source.clone(),
                     estimator,
@@ -156,7 +147,7 @@ impl Render {
                     sampling: self.sampling(source, &estimator),
                     passes: self.passes,
                 };
-                let total = self.photons.photons.saturating_mul(self.passes.into());
+                let total = self.lighting.photons.photons.saturating_mul(self.passes.into());
                 let [photons, estimates] =
                     together([photon_bar(total, "photons"), count_bar("estimates")]);
                 let listener = Listener { render: self, lit: &lit, look, photons, estimates };
@@ -208,11 +199,6 @@ impl Render {
             _ => estimator.radius(),
         };
         Sampling { side: self.samples, merged_within: 0.25 * radius }
-    }
-
-    fn load_map(&self, lit: &LitScene) -> anyhow::Result<Option<PhotonMap>> {
-        let Some(path) = &self.estimator.load_map else { return Ok(None) };
-        Ok(Some(during("reading the photon map", || PhotonMap::load(path, &lit.model))?))
     }
 
     fn summarise(&self, film: &Film, look: &Look, summary: &Summary, estimator: &Estimator) {
@@ -279,13 +265,10 @@ impl Progress for Listener<'_> {
     }
 
     fn map(&self, pass: u32, map: &PhotonMap) -> anyhow::Result<()> {
-        match self.render.estimator.save_map.as_deref() {
-            Some(path) if pass == 0 => {
-                let path: &Path = path;
-                during("writing the photon map", || map.save(path, &self.lit.model))
-            }
-            _ => Ok(()),
+        if pass == 0 {
+            self.lit.save_map(map, &self.render.lighting.estimator)?;
         }
+        Ok(())
     }
 
     fn pass(&self, passes: u32, film: &Film, summary: &Summary) -> anyhow::Result<()> {
