@@ -8,7 +8,8 @@ use std::num::NonZero;
 
 use arboleda::{IndexKind, Options, OwnedIndex, Vec3};
 use arboleda_host::density::{
-    Bounces, Discs, Domain, Fan, Kernel, PhotonMap, PhotonSource, Receiver, TangentPlane,
+    Bounces, Discs, Domain, Fan, Kernel, Neighbourhood, PhotonMap, PhotonSource, Receiver,
+    TangentPlane,
 };
 use arboleda_host::scene::builtin;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -59,11 +60,12 @@ fn light(criterion: &mut Criterion) {
     });
     group.finish();
 
+    let around = |receiver| Neighbourhood { receiver, facing: None, radius: 1e9 };
     let mut found = Vec::new();
     for k in NEAREST {
         let count = NonZero::new(k).expect("above 0");
         for receiver in &receivers[..200] {
-            map.nearest(receiver, None, k, 1e9, &mut found);
+            map.nearest(&around(receiver), k, &mut found);
             let place = receiver.position().to_array();
             let theirs = tree.query(&place).nearest_n::<SquaredEuclidean<f32>>(count).execute();
             assert_eq!(found.len(), theirs.len());
@@ -77,7 +79,7 @@ fn light(criterion: &mut Criterion) {
         group.bench_function("arboleda", |bencher| {
             bencher.iter(|| {
                 for receiver in &receivers {
-                    map.nearest(black_box(receiver), None, k, 1e9, &mut found);
+                    map.nearest(&around(black_box(receiver)), k, &mut found);
                     black_box(&found);
                 }
             });

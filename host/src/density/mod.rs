@@ -26,7 +26,9 @@ mod visible;
 pub use estimate::{Estimate, Sums};
 pub use estimator::{Estimator, EstimatorError, LightField, Work};
 pub use kernel::Kernel;
-pub use photon_map::{Facing, Found, Gather, MapError, MapEstimator, MapFileError, PhotonMap};
+pub use photon_map::{
+    Facing, Found, Gather, MapError, MapEstimator, MapFileError, Neighbourhood, PhotonMap,
+};
 pub use radius::{automatic_radius, wanted_photons};
 pub use receiver::Receiver;
 pub use source::{Balance, Bounces, PhotonSource};

@@ -1,7 +1,7 @@
 //! Estimates of irradiance from a photon map.
 
 use super::PhotonMap;
-use super::search::{Facing, Found};
+use super::search::{Facing, Found, Neighbourhood};
 use crate::density::Kernel;
 use crate::density::estimate::{Estimate, Sums, disc_area};
 use crate::density::receiver::Receiver;
@@ -58,7 +58,7 @@ impl MapEstimator {
         match self.gather {
             Gather::Nearest { k, max_radius } => {
                 let max_radius = f64::from(max_radius);
-                map.first(receiver, Some(self.facing), k, max_radius, found);
+                map.first(&self.around(receiver, max_radius), k, found);
                 match found.iter().max().copied() {
                     // At a distance of 0 there is no density.
                     Some(farthest) if found.len() >= k && farthest.distance_squared() > 0.0 => {
@@ -69,6 +69,10 @@ impl MapEstimator {
             }
             Gather::Within { radius } => self.of_disc(map, receiver, radius.into(), polygon),
         }
+    }
+
+    fn around<'r>(&self, receiver: &'r Receiver, radius: f64) -> Neighbourhood<'r> {
+        Neighbourhood { receiver, facing: Some(self.facing), radius }
     }
 
     /// Estimates from the k nearest, of which the farthest is not counted.
@@ -116,7 +120,7 @@ impl MapEstimator {
     ) -> Estimate {
         let squared = radius * radius;
         let mut sums = Sums::default();
-        map.each_within(receiver, Some(self.facing), radius, |photon| {
+        map.each_within(&self.around(receiver, radius), |photon| {
             let at = photon.at as usize;
             let inside = polygon
                 .is_none_or(|polygon| polygon.contains(map.photons[at].point() - receiver.point()));

@@ -36,7 +36,7 @@ use thiserror::Error;
 
 pub use file::MapFileError;
 pub use gather::{Gather, MapEstimator};
-pub use search::{Facing, Found};
+pub use search::{Facing, Found, Neighbourhood};
 
 use super::receiver::unit_normal;
 use super::source::Balance;

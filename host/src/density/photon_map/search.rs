@@ -56,6 +56,17 @@ impl Facing {
     }
 }
 
+/// Photons that a search may find: those within a radius of a receiver, border included, on surfaces that face it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbourhood<'r> {
+    /// Middle of the search, and the side on which photons count.
+    pub receiver: &'r Receiver,
+    /// Test of the photons' surfaces; with `None` every photon counts.
+    pub facing: Option<Facing>,
+    /// Largest distance.
+    pub radius: f64,
+}
+
 /// Photon that was found. Ordered by squared distance, then by rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Found {
@@ -81,6 +92,7 @@ impl Found {
 /// Point of a search.
 struct Place<'r> {
     receiver: &'r Receiver,
+    facing: Option<&'r Facing>,
     point: Vector64,
     slack: f64,
 }
@@ -139,78 +151,51 @@ impl Taker for Nearest<'_> {
 }
 
 impl PhotonMap {
-    /// Finds the photons within a radius, border included, in the order of (squared distance, photon, bounce).
-    pub fn within(&self, receiver: &Receiver, facing: Option<Facing>, radius: f64) -> Vec<Found> {
+    /// Finds the photons of a neighbourhood, in the order of (squared distance, photon, bounce).
+    pub fn within(&self, around: &Neighbourhood<'_>) -> Vec<Found> {
         let mut found = Vec::new();
-        self.each_within(receiver, facing, radius, |photon| found.push(photon));
+        self.each_within(around, |photon| found.push(photon));
         found.sort_unstable();
         found
     }
 
-    /// Finds the `k` first photons within a radius in the order of (squared distance, photon, bounce): all of them if
-    /// there are fewer. They replace the contents of `found`. Cost: about `k + log n` for `n` photons.
-    pub fn nearest(
-        &self,
-        receiver: &Receiver,
-        facing: Option<Facing>,
-        k: usize,
-        radius: f64,
-        found: &mut Vec<Found>,
-    ) {
-        self.first(receiver, facing, k, radius, found);
+    /// Finds the `k` first photons of a neighbourhood in the order of (squared distance, photon, bounce): all of them
+    /// if there are fewer. They replace the contents of `found`. Cost: about `k + log n` for `n` photons.
+    pub fn nearest(&self, around: &Neighbourhood<'_>, k: usize, found: &mut Vec<Found>) {
+        self.first(around, k, found);
         found.sort_unstable();
     }
 
     /// Finds the photons of [`PhotonMap::nearest`] in any order.
-    pub(super) fn first(
-        &self,
-        receiver: &Receiver,
-        facing: Option<Facing>,
-        k: usize,
-        radius: f64,
-        found: &mut Vec<Found>,
-    ) {
+    pub(super) fn first(&self, around: &Neighbourhood<'_>, k: usize, found: &mut Vec<Found>) {
         found.clear();
         if k == 0 {
             return;
         }
-        let mut taker = Nearest { k, limit: radius * radius, found };
-        self.search(receiver, facing, &mut taker);
+        let mut taker = Nearest { k, limit: around.radius * around.radius, found };
+        self.search(around, &mut taker);
         taker.drop_all_but_k();
     }
 
-    /// Hands the photons within a radius to `each`, in any order.
-    pub(super) fn each_within(
-        &self,
-        receiver: &Receiver,
-        facing: Option<Facing>,
-        radius: f64,
-        each: impl FnMut(Found),
-    ) {
-        self.search(receiver, facing, &mut All { limit: radius * radius, each });
+    /// Hands the photons of a neighbourhood to `each`, in any order.
+    pub(super) fn each_within(&self, around: &Neighbourhood<'_>, each: impl FnMut(Found)) {
+        self.search(around, &mut All { limit: around.radius * around.radius, each });
     }
 
-    fn search(&self, receiver: &Receiver, facing: Option<Facing>, taker: &mut impl Taker) {
-        let point = receiver.point();
-        let slack = receiver.slack(taker.limit().sqrt());
-        let place = Place { receiver, point, slack };
-        self.search_run(0, self.photons.len(), &place, facing.as_ref(), taker);
+    fn search(&self, around: &Neighbourhood<'_>, taker: &mut impl Taker) {
+        let receiver = around.receiver;
+        let (point, slack) = (receiver.point(), receiver.slack(around.radius));
+        let place = Place { receiver, facing: around.facing.as_ref(), point, slack };
+        self.search_run(0, self.photons.len(), &place, taker);
     }
 
     /// Searches the run `lo..hi`. Recurses to the depth of the tree, at most 31.
-    fn search_run(
-        &self,
-        mut lo: usize,
-        mut hi: usize,
-        place: &Place<'_>,
-        facing: Option<&Facing>,
-        taker: &mut impl Taker,
-    ) {
+    fn search_run(&self, mut lo: usize, mut hi: usize, place: &Place<'_>, taker: &mut impl Taker) {
         loop {
             let Some(run) = self.photons.get(lo..hi) else { return };
             if run.len() <= LEAF {
                 for (at, photon) in (lo..).zip(run) {
-                    self.show(at, photon, place, facing, taker);
+                    self.show(at, photon, place, taker);
                 }
                 return;
             }
@@ -223,27 +208,20 @@ impl PhotonMap {
             } else {
                 ((middle + 1, hi), (lo, middle))
             };
-            self.search_run(near.0, near.1, place, facing, taker);
+            self.search_run(near.0, near.1, place, taker);
             if from_plane * from_plane > taker.limit() {
                 return;
             }
-            self.show(middle, root, place, facing, taker);
+            self.show(middle, root, place, taker);
             (lo, hi) = far;
         }
     }
 
     #[inline]
-    fn show(
-        &self,
-        at: usize,
-        photon: &Photon,
-        place: &Place<'_>,
-        facing: Option<&Facing>,
-        taker: &mut impl Taker,
-    ) {
+    fn show(&self, at: usize, photon: &Photon, place: &Place<'_>, taker: &mut impl Taker) {
         let squared = distance_squared(photon.point(), place.point);
         let counts = squared <= taker.limit()
-            && facing.is_none_or(|facing| facing.accepts(self, photon, place, squared));
+            && place.facing.is_none_or(|facing| facing.accepts(self, photon, place, squared));
         if counts {
             taker.take(Found::new(squared, photon.rank(), at));
         }

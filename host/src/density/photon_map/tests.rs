@@ -10,6 +10,10 @@ use crate::photon::PhotonRandom;
 
 const ANY: Facing = Facing::ANY;
 
+fn around(receiver: &Receiver, facing: Facing, radius: f64) -> Neighbourhood<'_> {
+    Neighbourhood { receiver, facing: Some(facing), radius }
+}
+
 /// Makes a map of photons at given places, all on the front of one triangle.
 fn map_of(places: &[Vec3]) -> PhotonMap {
     let mut photons: Vec<Photon> =
@@ -60,17 +64,17 @@ fn searches_find_what_a_linear_scan_finds_in_the_same_order() {
             found.eq(expected.iter().copied())
         };
         for k in 1..=200 {
-            map.nearest(&receiver, Some(ANY), k, 9.0, &mut found);
+            map.nearest(&around(&receiver, ANY, 9.0), k, &mut found);
             assert!(same(&found, &all[..k]), "{query}: {k} nearest");
         }
         for radius in [0.0, 1.0 / 16.0, 0.1, 0.25] {
             let count =
                 all.iter().filter(|(bits, _)| f64::from_bits(*bits) <= radius * radius).count();
             assert!(
-                same(&map.within(&receiver, Some(ANY), radius), &all[..count]),
+                same(&map.within(&around(&receiver, ANY, radius)), &all[..count]),
                 "{query}: {radius}"
             );
-            map.nearest(&receiver, Some(ANY), 150, radius, &mut found);
+            map.nearest(&around(&receiver, ANY, radius), 150, &mut found);
             assert!(same(&found, &all[..count.min(150)]), "{query}: 150 nearest in {radius}");
         }
     }
@@ -93,9 +97,9 @@ fn small_maps_are_searched_whole() {
     let mut found = Vec::new();
     for count in 0..40 {
         let map = map_of(&places(count));
-        map.nearest(&on_floor(0.5, 0.5), Some(ANY), 100, 9.0, &mut found);
+        map.nearest(&around(&on_floor(0.5, 0.5), ANY, 9.0), 100, &mut found);
         assert_eq!(found.len(), count, "k above the number of photons");
-        map.nearest(&on_floor(0.5, 0.5), Some(ANY), 0, 9.0, &mut found);
+        map.nearest(&around(&on_floor(0.5, 0.5), ANY, 9.0), 0, &mut found);
         assert!(found.is_empty());
     }
 }
@@ -145,7 +149,7 @@ fn a_map_is_read_as_it_was_written_and_refused_for_another_scene() {
         let path = folder.path().join("forged.map");
         std::fs::write(&path, &forged).unwrap();
         if let Ok(map) = PhotonMap::load(&path, &lit.model) {
-            map.within(&on_floor(1.0, 1.0), Some(ANY), 3.0);
+            map.within(&around(&on_floor(1.0, 1.0), ANY, 3.0));
         }
     }
 }
@@ -223,7 +227,7 @@ fn photons_of_other_sides_and_of_turned_surfaces_do_not_count() {
     let map = lit.map(200_000);
     let count = |receiver: Receiver, degrees: f32| {
         let facing = Facing::within_degrees(degrees);
-        map.within(&receiver, Some(facing), 0.25).len() as f64
+        map.within(&around(&receiver, facing, 0.25)).len() as f64
     };
     // At the foot of a wall, half of the disc is on the floor; with walls, a uniform field counts whole.
     let expected = 16_362.0 / 5.0;
@@ -232,11 +236,11 @@ fn photons_of_other_sides_and_of_turned_surfaces_do_not_count() {
     assert_near(count(foot, 90.0), expected, 0.05, "floor and wall");
     // From outside, the floor is dark.
     let below = Receiver::new(Vec3::new(1.0, 1.0, 0.0), Vec3::NEG_Z).unwrap();
-    assert!(map.within(&below, Some(Facing::within_degrees(90.0)), 0.25).is_empty());
+    assert!(map.within(&around(&below, Facing::within_degrees(90.0), 0.25)).is_empty());
     // A step of 0.05 below is another surface.
     let above = Receiver::new(Vec3::new(1.0, 1.0, 0.05), Vec3::Z).unwrap();
     assert!(
-        map.within(&above, Some(Facing::within_degrees(10.0)), 0.2).len()
+        map.within(&around(&above, Facing::within_degrees(10.0), 0.2)).len()
             < count(foot, 10.0) as usize
     );
 }
