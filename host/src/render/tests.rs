@@ -3,17 +3,15 @@
 use std::f32::consts::PI;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use arboleda::{IndexKind, Options, Vec3};
+use arboleda::{IndexKind, Vec3};
 
 use super::values::pfm_bytes;
 use super::*;
-use crate::density::{
-    Bounces, Domain, Estimator, Facing, Gather, Kernel, MapEstimator, PhotonSource, TangentPlane,
-};
+use crate::density::fixtures::{Lit, lamp_over_floor, uniform_furnace};
+use crate::density::{Domain, Estimator, Facing, Gather, Kernel, MapEstimator, TangentPlane};
 use crate::photon::fixtures::{closed_box, sphere};
 use crate::report::Camera;
 use crate::scene::{AreaLight, FaceLight, LitSides, Model};
-use crate::{Threads, TimedIndex};
 
 /// A coloured room with a ball and an emitting face.
 fn room() -> Model {
@@ -76,34 +74,28 @@ struct Job {
 }
 
 fn film_of(model: &Model, camera: Camera, job: &Job) -> (Film, Summary) {
-    let scene = model.scene();
-    let built = TimedIndex::build_with(job.kind, &scene, &Options::default(), &Threads::default());
-    let built = built.unwrap();
-    let index = built.index();
-    let source = PhotonSource {
-        model,
-        index: index.as_ray_index(),
-        photons: 0..job.photons,
-        seed: 1,
-        max_bounces: 64,
-        bounces: Bounces::All,
-    };
+    let (counter, lit) = (Counter::default(), Lit::with(model.clone(), job.kind));
     let sampling = Sampling { side: 2, merged_within: 0.02 };
-    let passes = Passes {
-        source,
-        estimator: job.estimator,
-        disc_kind: job.kind,
-        map: None,
-        camera,
-        sampling,
-        passes: job.passes,
-    };
-    let counter = Counter::default();
-    let (film, summary) = render(passes, &counter).unwrap();
+    let (film, summary) = rendered(&lit, camera, sampling, job, &counter).unwrap();
     assert_eq!(counter.passes.into_inner(), u64::from(job.passes));
     assert_eq!(counter.photons.into_inner(), job.photons * u64::from(job.passes));
     (film, summary)
 }
+fn rendered(
+    lit: &Lit,
+    camera: Camera,
+    sampling: Sampling,
+    job: &Job,
+    counter: &Counter,
+) -> Result<(Film, Summary), RenderError> {
+    let Job { estimator, kind: disc_kind, photons, passes } = *job;
+    lit.shoot(photons, |source| {
+        let source = source.clone();
+        let passes = Passes { source, estimator, disc_kind, map: None, camera, sampling, passes };
+        render(passes, counter)
+    })
+}
+
 
 fn digest(film: &Film) -> String {
     let mut hasher = blake3::Hasher::new();
@@ -162,7 +154,7 @@ fn one_digest_for_every_index_and_any_number_of_threads() {
 
 #[test]
 fn a_furnace_is_as_bright_everywhere() {
-    let model = crate::density::fixtures::uniform_furnace(0.5).model;
+    let model = uniform_furnace(0.5).model;
     let size = (64, 64);
     let eye = Vec3::new(0.3, 0.4, 0.5);
     let camera = Camera::at(eye, Vec3::ONE, Vec3::Z, 90.0, size).unwrap();
@@ -190,7 +182,7 @@ fn a_furnace_is_as_bright_everywhere() {
 
 #[test]
 fn passes_make_the_error_smaller() {
-    let model = crate::density::fixtures::lamp_over_floor().model;
+    let model = lamp_over_floor().model;
     let size = (64, 64);
     let camera = Camera::at(Vec3::Z * 3.0, Vec3::ZERO, Vec3::Y, 40.0, size).unwrap();
     let error = |passes: u32| {
@@ -231,7 +223,7 @@ fn without_photons_a_picture_is_black_and_emitters_glow() {
 
 #[test]
 fn extreme_radii_give_finite_values() {
-    let model = room();
+    let lit = Lit::with(room(), IndexKind::Bvh);
     let size = (24, 16);
     for radius in [f32::from_bits(1), f32::MIN_POSITIVE, 1e-20, 50.0, 1e15, f32::MAX] {
         for estimator in [
@@ -240,28 +232,10 @@ fn extreme_radii_give_finite_values() {
             map_estimator(Gather::Within { radius }, Kernel::Epanechnikov),
             map_estimator(Gather::Nearest { k: 1_000_000, max_radius: radius }, Kernel::Constant),
         ] {
-            let built =
-                TimedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
-            let index = built.index();
-            let source = PhotonSource {
-                model: &model,
-                index: index.as_ray_index(),
-                photons: 0..200,
-                seed: 1,
-                max_bounces: 64,
-                bounces: Bounces::All,
-            };
-            let passes = Passes {
-                source,
-                estimator,
-                disc_kind: IndexKind::Bvh,
-                map: None,
-                camera: camera(size),
-                sampling: Sampling { side: 1, merged_within: 0.0 },
-                passes: 2,
-            };
+            let sampling = Sampling { side: 1, merged_within: 0.0 };
+            let job = Job { estimator, kind: IndexKind::Bvh, photons: 200, passes: 2 };
             // A disc beyond the range of f32 is an error.
-            match render(passes, &Counter::default()) {
+            match rendered(&lit, camera(size), sampling, &job, &Counter::default()) {
                 Ok((film, _)) => assert!(film.pixels().iter().all(|pixel| {
                     pixel.irradiance.iter().all(|x| x.is_finite())
                         && pixel.standard_error.is_finite()
@@ -304,17 +278,8 @@ fn the_camera_is_where_light_is_seen() {
         flux: 1.0,
     };
     model.lights.push(down);
-    let built = TimedIndex::build(IndexKind::Bvh, &model.scene(), &Options::default()).unwrap();
-    let index = built.index();
-    let source = PhotonSource {
-        model: &model,
-        index: index.as_ray_index(),
-        photons: 0..1000,
-        seed: 1,
-        max_bounces: 64,
-        bounces: Bounces::All,
-    };
-    let camera = viewpoint(&source, Vec3::Y, (64, 48));
+    let lit = Lit::with(model, IndexKind::Bvh);
+    let camera = lit.shoot(1000, |source| viewpoint(source, Vec3::Y, (64, 48)));
     assert_eq!(camera.forward(), Vec3::NEG_Z);
     assert!(camera.eye().z > 1.0);
 }
