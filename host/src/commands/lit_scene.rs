@@ -11,8 +11,8 @@ use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
 use super::output::{count, say};
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
-use crate::density::{Balance, Estimator, LightField, PhotonMap, PhotonSource};
-use crate::photon::DEFAULT_MAX_BOUNCES;
+use crate::density::{Estimator, LightField, PhotonMap, PhotonSource};
+use crate::photon::{Balance, DEFAULT_MAX_BOUNCES};
 use crate::scene::Model;
 use crate::{Threads, TimedIndex};
 

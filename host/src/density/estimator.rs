@@ -7,9 +7,10 @@ use thiserror::Error;
 use super::estimate::Estimate;
 use super::photon_map::{Gather, MapError, MapEstimator, PhotonMap};
 use super::receiver::Receiver;
-use super::source::{Balance, PhotonSource};
+use super::source::PhotonSource;
 use super::tangent_plane::{DiscError, Discs, Domain, TangentPlane};
 use super::visible::Fan;
+use crate::photon::Balance;
 
 /// Method of estimating irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -31,7 +31,7 @@ pub use photon_map::{
 };
 pub use radius::{automatic_radius, wanted_photons};
 pub use receiver::Receiver;
-pub use source::{Balance, Bounces, PhotonSource};
+pub use source::{Bounces, PhotonSource};
 pub use tangent_plane::{DiscError, Discs, Domain, TangentPlane};
 pub use triangle_light::{PhotonHit, TriangleIrradiance, TriangleLight, first_hits};
 pub use visible::{Fan, VisiblePolygon};

@@ -9,8 +9,8 @@
 
 use std::f64::consts::PI;
 
-use super::source::{Balance, PhotonSource};
-use crate::photon::{Segment, Visitor};
+use super::source::PhotonSource;
+use crate::photon::{Balance, Segment, Visitor};
 use crate::vector::Vector64;
 
 /// Photons of the trial: enough to know the lit area to a few percent.

@@ -10,6 +10,7 @@
 //! Every result is a function of the model and the options. It does not depend on the index, the threads or the
 //! machine. Only `+ - * / sqrt` are used on floats.
 
+mod balance;
 mod digest;
 mod emission;
 #[cfg(test)]
@@ -25,6 +26,7 @@ mod stream;
 mod tests;
 mod trace;
 
+pub use balance::Balance;
 pub use digest::Digest;
 pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
@@ -32,5 +34,5 @@ pub use shoot::{Counting, ShootOptions, shoot};
 pub use shot::Shot;
 pub use side::Side;
 pub use stream::CHUNK;
-pub(crate) use stream::{Tally, Visitor, stream};
+pub(crate) use stream::{Visitor, stream};
 pub use trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};

@@ -83,7 +83,7 @@ impl Default for ShootOptions {
 ///     Block::bytes(&mut arena), Block::bytes(&mut scratch))?;
 /// let options = ShootOptions { photons: 10_000, ..ShootOptions::default() };
 /// let shot = shoot(&model, &index, &options, &|_| {});
-/// assert_eq!(shot.absorbed + shot.escaped, 10_000);
+/// assert_eq!(shot.balance.absorbed + shot.balance.escaped, 10_000);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn shoot<I: RayIndex + Sync + ?Sized>(
@@ -110,7 +110,6 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
 ) -> Shot {
     let start = Instant::now();
     let tracer = Tracer::new(model, options.seed, options.max_bounces);
-    let photons = if tracer.emitter().is_dark() { 0 } else { options.photons };
     // One table for all threads, because a table for each thread would take more memory than the scene. Sums of
     // integers do not depend on the order, so relaxed ordering suffices.
     let hit_counts: Vec<[AtomicU64; 2]> =
@@ -119,7 +118,8 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     // 1. The hashes of chunks are hashed in the order of chunks.
     let mut digests = blake3::Hasher::new();
     let visitor = ShotVisitor { model, hit_counts: &hit_counts };
-    let all = stream(&tracer, 0..photons, index, options.counting, progress, &visitor, |events| {
+    let (photons, counting) = (0..options.photons, options.counting);
+    let all = stream(&tracer, photons, index, counting, progress, &visitor, |events| {
         digests.update(&events.finish());
     });
 
@@ -130,17 +130,10 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     let front_hit_counts: Vec<u64> = sides(Side::Front).collect();
     let both = front_hit_counts.iter().zip(sides(Side::Back)).map(|(front, back)| front + back);
     Shot {
-        emitted_photons: photons,
-        absorbed: all.absorbed,
-        escaped: all.escaped,
-        cut_off: all.cut_off,
-        refused: all.refused,
+        balance: all.balance,
         bounce_count: all.bounce_count,
-        hit_count: all.hit_count,
-        ray_count: all.ray_count,
         hit_counts: both.collect(),
         front_hit_counts,
-        total_flux: tracer.emitter().total_flux(),
         counters: (options.counting == Counting::On).then_some(all.counters),
         digest: Digest(*digests.finalize().as_bytes()),
         seconds: start.elapsed().as_secs_f64(),

@@ -2,42 +2,27 @@
 
 use arboleda::{Counters, Triangle, TriangleId};
 
+use super::balance::Balance;
 use super::digest::Digest;
 use crate::vector::Vector64;
 
 /// Result of shooting photons.
 ///
 /// # Invariants
-/// - `emitted_photons = absorbed + escaped + cut_off + refused`.
-/// - `hit_count` is the sum of `hit_counts`.
+/// - `balance.hits` is the sum of `hit_counts`.
 /// - Each entry of `front_hit_counts` is at most that of `hit_counts`.
-/// - `ray_count = hit_count + escaped`.
 /// - All fields but `seconds`, `thread_count` and `counters` are functions of the model and the options. `counters`
 ///   depend on the index too, but not on the threads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
-    /// Photons that left the lights; 0 if no light of the model can emit.
-    pub emitted_photons: u64,
-    /// Photons that a triangle did not reflect.
-    pub absorbed: u64,
-    /// Photons that left the scene.
-    pub escaped: u64,
-    /// Photons that reached the largest number of bounces.
-    pub cut_off: u64,
-    /// Photons for which no valid ray could be made; see [`super::PathEnd::Refused`].
-    pub refused: u64,
+    /// Ends of the photons.
+    pub balance: Balance,
     /// Reflections of all photons together.
     pub bounce_count: u64,
-    /// Hits of all triangles together.
-    pub hit_count: u64,
-    /// Rays asked for: one for each segment of a path.
-    pub ray_count: u64,
     /// Hits of each triangle, from either side, by id.
     pub hit_counts: Vec<u64>,
     /// Hits of each triangle on its [front](super::Side::Front), by id.
     pub front_hit_counts: Vec<u64>,
-    /// Power of all lights in watts.
-    pub total_flux: f64,
     /// Counters of the index, with [`super::Counting::On`].
     pub counters: Option<Counters>,
     /// Hash of all hits.
@@ -51,26 +36,18 @@ pub struct Shot {
 impl Shot {
     /// Computes the number of photons followed to their end in a second.
     pub fn photons_per_second(&self) -> f64 {
-        self.emitted_photons as f64 / self.seconds
+        self.balance.emitted as f64 / self.seconds
     }
 
     /// Computes the number of rays answered in a second.
     pub fn rays_per_second(&self) -> f64 {
-        self.ray_count as f64 / self.seconds
-    }
-
-    /// Computes the power that each photon carries, in watts; 0 without photons.
-    pub fn photon_flux(&self) -> f64 {
-        if self.emitted_photons == 0 {
-            return 0.0;
-        }
-        self.total_flux / self.emitted_photons as f64
+        self.balance.rays as f64 / self.seconds
     }
 
     /// Computes the power that falls on both sides of a triangle, in watts; 0 if no triangle has this id.
     pub fn flux(&self, id: TriangleId) -> f64 {
         let count = self.hit_counts.get(id.0 as usize).copied().unwrap_or(0);
-        count as f64 * self.photon_flux()
+        count as f64 * self.balance.photon_flux()
     }
 
     /// Computes the irradiance of a triangle, its flux divided by its area, in watts per square metre; 0 if it has no

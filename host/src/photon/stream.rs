@@ -18,6 +18,7 @@ use std::ops::Range;
 use arboleda::{Counters, Hit, RayIndex};
 use rayon::prelude::*;
 
+use super::balance::Balance;
 use super::shoot::Counting;
 use super::trace::{Path, PathEnd, Segment, Tracer};
 
@@ -42,7 +43,7 @@ pub(crate) trait Visitor: Sync {
 /// Streams a range of photons through an index over the model's triangles. Chunks begin at the first photon.
 ///
 /// `progress` is called from any thread after each chunk, with the chunk's number of photons. `end` receives the states
-/// of the chunks in their order. Returns the sums of all chunks.
+/// of the chunks in their order. Returns the sums of all chunks. A model without lights has no photons.
 pub(crate) fn stream<I: RayIndex + Sync + ?Sized, V: Visitor>(
     tracer: &Tracer<'_>,
     photons: Range<u64>,
@@ -64,8 +65,10 @@ pub(crate) fn stream<I: RayIndex + Sync + ?Sized, V: Visitor>(
         progress(last - first);
         (tally, state)
     };
+    let emitter = tracer.emitter();
+    let count = if emitter.is_dark() { 0 } else { photons.end.saturating_sub(photons.start) };
     let mut all = Tally::default();
-    let chunks = photons.end.saturating_sub(photons.start).div_ceil(CHUNK);
+    let chunks = count.div_ceil(CHUNK);
     for first in (0..chunks).step_by(V::CHUNKS_AT_ONCE as usize) {
         let some = first..chunks.min(first + V::CHUNKS_AT_ONCE);
         let states: Vec<_> = some.into_par_iter().map(trace_chunk).collect();
@@ -74,19 +77,15 @@ pub(crate) fn stream<I: RayIndex + Sync + ?Sized, V: Visitor>(
             end(state);
         }
     }
+    all.balance.total_flux = emitter.total_flux();
     all
 }
 
 /// Counts of the photons of one chunk, or of several.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Tally {
-    pub absorbed: u64,
-    pub escaped: u64,
-    pub cut_off: u64,
-    pub refused: u64,
+    pub balance: Balance,
     pub bounce_count: u64,
-    pub hit_count: u64,
-    pub ray_count: u64,
     pub counters: Counters,
 }
 
@@ -102,11 +101,12 @@ impl Tally {
         mut visit: impl FnMut(&Segment),
     ) {
         let mut paths = Vec::new();
+        self.balance.emitted += photons.end - photons.start;
         for photon in photons {
             match tracer.emit(photon) {
                 Some(Ok(path)) => paths.push(path),
                 // `None` does not occur, because a dark model shoots no photons.
-                Some(Err(_)) | None => self.refused += 1,
+                Some(Err(_)) | None => self.balance.end(PathEnd::Refused),
             }
         }
         let (mut rays, mut hits) = (Vec::new(), Vec::new());
@@ -128,36 +128,22 @@ impl Tally {
             paths.retain_mut(|path| {
                 let hit = hits.next().filter(|hit| !hit.is_none());
                 let segment = path.segment(hit.copied());
-                self.ray_count += 1;
-                self.hit_count += u64::from(hit.is_some());
+                self.balance.rays += 1;
+                self.balance.hits += u64::from(hit.is_some());
                 visit(&segment);
                 let end = tracer.bounce(path, segment.hit);
                 if let Some(end) = end {
                     self.bounce_count += u64::from(segment.bounce);
-                    self.end(end);
+                    self.balance.end(end);
                 }
                 end.is_none()
             });
         }
     }
 
-    fn end(&mut self, end: PathEnd) {
-        match end {
-            PathEnd::Absorbed => self.absorbed += 1,
-            PathEnd::Escaped => self.escaped += 1,
-            PathEnd::CutOff => self.cut_off += 1,
-            PathEnd::Refused => self.refused += 1,
-        }
-    }
-
     pub fn join(&mut self, other: &Self) {
-        self.absorbed += other.absorbed;
-        self.escaped += other.escaped;
-        self.cut_off += other.cut_off;
-        self.refused += other.refused;
+        self.balance.join(&other.balance);
         self.bounce_count += other.bounce_count;
-        self.hit_count += other.hit_count;
-        self.ray_count += other.ray_count;
         self.counters += other.counters;
     }
 }

@@ -15,11 +15,11 @@ fn options(photons: u64) -> ShootOptions {
 fn shot(model: &Model, options: &ShootOptions) -> Shot {
     let mut built = BuiltIndex::new(model, IndexKind::Octree);
     let shot = shoot(model, &built.index(), options, &|_| {});
-    assert_eq!(shot.emitted_photons, options.photons);
-    assert_eq!(shot.absorbed + shot.escaped + shot.cut_off + shot.refused, shot.emitted_photons);
-    assert_eq!(shot.hit_count, shot.hit_counts.iter().sum::<u64>());
+    assert_eq!(shot.balance.emitted, options.photons);
+    assert_eq!(shot.balance.ended(), shot.balance.emitted);
+    assert_eq!(shot.balance.hits, shot.hit_counts.iter().sum::<u64>());
     assert!(shot.front_hit_counts.iter().zip(&shot.hit_counts).all(|(front, both)| front <= both));
-    assert_eq!(shot.ray_count, shot.hit_count + shot.escaped);
+    assert_eq!(shot.balance.rays, shot.balance.hits + shot.balance.escaped);
     shot
 }
 
@@ -37,13 +37,13 @@ fn open_room(photons: u64) -> (Model, ShootOptions) {
 fn photons_are_conserved() {
     let (model, options) = open_room(20_000);
     let shot = shot(&model, &options);
-    assert!(shot.absorbed > 0 && shot.escaped > 0 && shot.cut_off > 0);
-    assert_eq!(shot.refused, 0);
+    assert!(shot.balance.absorbed > 0 && shot.balance.escaped > 0 && shot.balance.cut_off > 0);
+    assert_eq!(shot.balance.refused, 0);
     // A photon bounces after each hit but its last, unless it escapes after a bounce.
-    assert_eq!(shot.bounce_count, shot.ray_count - shot.emitted_photons);
-    assert_eq!(shot.total_flux, 40.0);
+    assert_eq!(shot.bounce_count, shot.balance.rays - shot.balance.emitted);
+    assert_eq!(shot.balance.total_flux, 40.0);
     let flux: f64 = (0..model.triangles.len()).map(|id| shot.flux(TriangleId(id as u32))).sum();
-    assert!((flux - 40.0 * shot.hit_count as f64 / 20_000.0).abs() < 1e-9);
+    assert!((flux - 40.0 * shot.balance.hits as f64 / 20_000.0).abs() < 1e-9);
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn nothing_escapes_from_a_closed_box() {
         };
         let model = model(closed_box(lo, hi), 0.9, light);
         let shot = shot(&model, &options(50_000));
-        assert_eq!((shot.escaped, shot.refused), (0, 0), "{lo} {hi}");
+        assert_eq!((shot.balance.escaped, shot.balance.refused), (0, 0), "{lo} {hi}");
     }
 }
 
@@ -111,8 +111,8 @@ fn nothing_escapes_from_a_closed_sphere() {
         let light = lamp(centre, radius, 1.0);
         let model = model(sphere(centre, radius, level), 0.8, light);
         let shot = shot(&model, &options(100_000));
-        assert!(shot.hit_count > 450_000);
-        assert_eq!((shot.escaped, shot.refused), (0, 0), "{centre} {radius}");
+        assert!(shot.balance.hits > 450_000);
+        assert_eq!((shot.balance.escaped, shot.balance.refused), (0, 0), "{centre} {radius}");
     }
 }
 
@@ -125,7 +125,7 @@ fn furnace() {
         let photons = 50_000;
         let shot = shot(&model, &options(photons));
         let rho = f64::from(rho);
-        let mean = shot.hit_count as f64 / photons as f64;
+        let mean = shot.balance.hits as f64 / photons as f64;
         let sigma = rho.sqrt() / (1.0 - rho) / (photons as f64).sqrt();
         assert!((mean - 1.0 / (1.0 - rho)).abs() <= 4.0 * sigma, "{rho}: {mean}");
     }
@@ -168,9 +168,9 @@ fn the_rays_are_those_of_the_shot() {
     let mut rays = Vec::new();
     tracer.rays(&index, 0..5_000, |ray| rays.push(*ray));
     let shot = shoot(&model, &index, &options, &|_| {});
-    assert_eq!(rays.len() as u64, shot.ray_count);
+    assert_eq!(rays.len() as u64, shot.balance.rays);
     let hit_count = rays.iter().filter(|ray| index.closest_hit(ray).is_some()).count();
-    assert_eq!(hit_count as u64, shot.hit_count);
+    assert_eq!(hit_count as u64, shot.balance.hits);
 }
 
 #[test]
@@ -181,15 +181,15 @@ fn paths_that_cannot_go_on_end() {
     let index = built.index();
     let triangles = std::mem::take(&mut model.triangles);
     let lost = shoot(&model, &index, &options, &|_| {});
-    assert!(lost.refused > 0);
-    assert_eq!(lost.absorbed + lost.escaped + lost.refused, 1000);
+    assert!(lost.balance.refused > 0);
+    assert_eq!(lost.balance.absorbed + lost.balance.escaped + lost.balance.refused, 1000);
     model.triangles = triangles;
     model.reflectance.clear();
     let black = shoot(&model, &index, &options, &|_| {});
-    assert_eq!((black.absorbed, black.bounce_count), (black.hit_count, 0));
+    assert_eq!((black.balance.absorbed, black.bounce_count), (black.balance.hits, 0));
     model.lights.clear();
     let dark = shoot(&model, &index, &options, &|_| {});
-    assert_eq!((dark.emitted_photons, dark.ray_count, dark.photon_flux()), (0, 0, 0.0));
+    assert_eq!((dark.balance.emitted, dark.balance.rays, dark.balance.photon_flux()), (0, 0, 0.0));
     assert_eq!(Tracer::new(&model, 1, 6).follow(0, |_| None, |_| {}), None);
 
     // A light at the end of the range of f32, where the origin may overflow when it is lifted.

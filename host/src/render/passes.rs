@@ -19,7 +19,8 @@ use thiserror::Error;
 
 use super::film::Film;
 use super::samples::{Glow, Sampling, TILE, TileSamples};
-use crate::density::{Balance, Estimator, EstimatorError, LightField, PhotonMap, PhotonSource};
+use crate::density::{Estimator, EstimatorError, LightField, PhotonMap, PhotonSource};
+use crate::photon::Balance;
 use crate::report::Camera;
 
 /// Receivers that are estimated at once, about: 300 MB of discs.

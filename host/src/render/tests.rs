@@ -59,9 +59,7 @@ impl Progress for Counter {
     fn estimates(&self, _: u64) {}
     fn pass(&self, passes: u32, _: &Film, summary: &Summary) -> anyhow::Result<()> {
         assert_eq!(u64::from(passes), self.passes.fetch_add(1, Ordering::Relaxed) + 1);
-        let balance = summary.balance;
-        let ends = balance.absorbed + balance.escaped + balance.cut_off + balance.refused;
-        assert_eq!(balance.emitted, ends, "energy");
+        assert_eq!(summary.balance.emitted, summary.balance.ended(), "energy");
         Ok(())
     }
 }

@@ -98,12 +98,12 @@ pub fn print_rows(rows: &[IndexShot]) {
             count(u64::from(row.clusters)),
             duration(row.build_seconds),
             bytes(row.bytes),
-            count(row.shot.emitted_photons),
+            count(row.shot.balance.emitted),
             count(row.shot.rays_per_second() as u64),
             count(row.shot.photons_per_second() as u64),
         ];
         if let Some(counters) = row.shot.counters {
-            let rays = row.shot.ray_count.max(1) as f64;
+            let rays = row.shot.balance.rays.max(1) as f64;
             cells.push(format!("{:.1}", counters.nodes_visited as f64 / rays));
             cells.push(format!("{:.1}", counters.triangle_tests as f64 / rays));
         }
@@ -120,26 +120,26 @@ pub fn print_digests(rows: &[IndexShot]) -> anyhow::Result<()> {
     if let Err(defect) = check_digests(rows) {
         for row in rows {
             let share = row.share.map(|digest| format!(", {digest} of the first photons"));
-            let photons = count(row.shot.emitted_photons);
+            let photons = count(row.shot.balance.emitted);
             let share = share.unwrap_or_default();
             say!("digest {:<24} {} of {photons} photons{share}", row.kind.name(), row.shot.digest);
         }
         return Err(defect);
     }
-    let photons = rows.iter().map(|row| row.shot.emitted_photons).max().unwrap_or(0);
+    let photons = rows.iter().map(|row| row.shot.balance.emitted).max().unwrap_or(0);
     let full: Vec<&IndexShot> =
-        rows.iter().filter(|row| row.shot.emitted_photons == photons).collect();
+        rows.iter().filter(|row| row.shot.balance.emitted == photons).collect();
     let whole = match full[..] {
         [] => return Ok(()),
         [only] => format!("{} by {}", only.shot.digest, only.kind.name()),
         [first, ..] => format!("{}, the same by all {} indices", first.shot.digest, full.len()),
     };
     say!("digest of {} photons: {whole}", count(photons));
-    let part = rows.iter().find(|row| row.shot.emitted_photons < photons);
+    let part = rows.iter().find(|row| row.shot.balance.emitted < photons);
     if let Some((part, share)) = part.and_then(|row| Some((row, row.share?))) {
         say!(
             "digest of the first {}: {share}, the same by all {} and {}",
-            count(part.shot.emitted_photons),
+            count(part.shot.balance.emitted),
             full.len(),
             part.kind.name()
         );
@@ -151,7 +151,7 @@ pub fn print_digests(rows: &[IndexShot]) -> anyhow::Result<()> {
 fn check_digests(rows: &[IndexShot]) -> anyhow::Result<()> {
     for (at, row) in rows.iter().enumerate() {
         for other in &rows[..at] {
-            let same_photons = row.shot.emitted_photons == other.shot.emitted_photons;
+            let same_photons = row.shot.balance.emitted == other.shot.balance.emitted;
             let same =
                 (!same_photons || row.shot.digest == other.shot.digest) && row.share == other.share;
             ensure!(

@@ -22,7 +22,7 @@ const COLUMNS: [&str; 5] = ["triangle", "front_photons", "back_photons", "front_
 /// # Errors
 /// If the file cannot be written.
 pub fn write_flux(path: &Path, shot: &Shot) -> anyhow::Result<()> {
-    let flux = shot.photon_flux();
+    let flux = shot.balance.photon_flux();
     let counts = shot.hit_counts.iter().zip(&shot.front_hit_counts);
     let rows: Vec<Received> = counts
         .map(|(&both, &front)| {

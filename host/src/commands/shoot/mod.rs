@@ -116,7 +116,7 @@ impl Shoot {
         print_rows(&rows);
         print_digests(&rows)?;
         let last = rows.last().context("no index was named")?;
-        let shot = rows.iter().map(|row| &row.shot).max_by_key(|shot| shot.emitted_photons);
+        let shot = rows.iter().map(|row| &row.shot).max_by_key(|shot| shot.balance.emitted);
         summarise(shot.unwrap_or(&last.shot));
 
         let shot = shot.unwrap_or(&last.shot);
@@ -211,21 +211,22 @@ fn paint_light(canvas: &mut Canvas, owned: &TimedIndex, model: &Model, shot: &Sh
     let title = format!(
         "{}: irradiance by {} photons, {} W",
         model.name,
-        count(shot.emitted_photons),
-        shot.total_flux
+        count(shot.balance.emitted),
+        shot.balance.total_flux
     );
     paint_irradiance(canvas, index, &model.triangles, &model.bounds(), &irradiance, up, &title);
 }
 
 fn summarise(shot: &Shot) {
+    let balance = &shot.balance;
     say!(
         "{} rays, {} hits, {} absorbed, {} escaped, {} refused, {} cut off; {} on {} thread{}",
-        count(shot.ray_count),
-        count(shot.hit_count),
-        count(shot.absorbed),
-        count(shot.escaped),
-        count(shot.refused),
-        count(shot.cut_off),
+        count(balance.rays),
+        count(balance.hits),
+        count(balance.absorbed),
+        count(balance.escaped),
+        count(balance.refused),
+        count(balance.cut_off),
         duration(shot.seconds),
         shot.thread_count,
         if shot.thread_count == 1 { "" } else { "s" },

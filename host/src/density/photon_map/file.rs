@@ -17,8 +17,9 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::{Balance, MOST_PHOTONS, Photon, PhotonMap, normals_of};
+use super::{MOST_PHOTONS, Photon, PhotonMap, normals_of};
 use crate::files::output::write_file;
+use crate::photon::Balance;
 use crate::scene::{LitSides, Model};
 
 const SIGNATURE: &[u8; 8] = b"ARBOMAP1";

@@ -39,8 +39,7 @@ pub use gather::{Gather, MapEstimator};
 pub use search::{Facing, Found, Neighbourhood};
 
 use super::receiver::unit_normal;
-use super::source::Balance;
-use crate::photon::Side;
+use crate::photon::{Balance, Side};
 use crate::scene::Model;
 use crate::vector::Vector64;
 
