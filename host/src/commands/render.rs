@@ -23,10 +23,9 @@ use crate::report::{Camera, short_number};
 
 /// Render a picture of a scene, lit by photons
 ///
-/// Without `--eye`, the camera sees the scene from above one corner, or where more of what photons light is to be seen.
-/// A surface reflects diffusely. Natural colours are exposed such that the 99th percentile is white, and written in
-/// sRGB. With more passes the picture gets better and better: each shoots new photons, with smaller discs, and the
-/// picture is written again.
+/// Without `--eye`, the camera looks from above one corner, or from where it sees more of the lit surfaces. A surface
+/// reflects diffusely. Natural colours are exposed such that the 99th percentile is white, and written in sRGB. Each of
+/// several passes shoots new photons, with smaller discs, and writes the mean of the passes so far.
 #[derive(Args)]
 pub struct Render {
     #[command(flatten)]
@@ -34,8 +33,8 @@ pub struct Render {
     /// Write the picture
     #[arg(long, short, value_name = "PICTURE.png", value_parser = file_ending_in(&["png"]))]
     out: PathBuf,
-    /// Write the values of the pixels: .exr with radiance, irradiance, count, radius, depth.Z, triangle and stderr; .pfm
-    /// with three values of the quantity
+    /// Write the values of the pixels: .exr with radiance, irradiance, count, radius, depth.Z, triangle and stderr;
+    /// .pfm with three values of the quantity
     #[arg(long, value_name = "OUT.exr|pfm", value_parser = file_ending_in(&["exr", "pfm"]))]
     values: Option<PathBuf>,
     /// Width and height in pixels, 64 to 8192
@@ -84,9 +83,9 @@ pub struct Render {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum QuantityName {
-    /// What an eye sees: the light that surfaces reflect and emit
+    /// Radiance towards the eye: light that surfaces reflect and emit
     Radiance,
-    /// The light that falls on surfaces
+    /// Irradiance of surfaces: light that falls on them
     Irradiance,
 }
 

@@ -26,7 +26,7 @@ impl Estimate {
     }
 }
 
-/// Steps of a sum for a weight of 1: 2^24.
+/// Steps of a sum in a weight of 1: 2^24.
 ///
 /// A weight is rounded to the nearest step, at most 3e-8 off, and clamped to 2^16. So 2^24 photons of the largest
 /// weight fit into 64 bits. A weight of 2^16 takes ten bounces in a row on surfaces of one pure colour.

@@ -1,4 +1,4 @@
-//! Estimator: which of the methods, with which options; and the irradiance at many receivers.
+//! Estimator of irradiance: a method with its options, and the estimates at many receivers.
 
 use arboleda::{IndexKind, RayIndex};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ pub enum EstimatorError {
     /// The slack is negative or not a number.
     #[error("the slack before the plane is {0} radii; it must be finite and not below 0")]
     Beyond(f32),
-    /// The k nearest have no radius before they are found.
+    /// The visible domain has to know the radius beforehand, which the k nearest have only when they are found.
     #[error("the visible domain needs a fixed radius, which the k nearest do not have")]
     VisibleNearest,
     /// The photon map cannot be made.
@@ -84,7 +84,8 @@ impl Estimator {
         }
     }
 
-    /// Returns the estimator with discs of `share` times the area: the radius, or k and the largest radius.
+    /// Returns the estimator with discs of `share` times the area. The radius shrinks; for the k nearest, k and the
+    /// largest radius do.
     #[must_use]
     pub fn shrunk(&self, share: f64) -> Self {
         let less = |radius: f32| ((f64::from(radius) * share.sqrt()) as f32).max(f32::MIN_POSITIVE);

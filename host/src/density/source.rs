@@ -1,4 +1,4 @@
-//! Photons of an estimate: which model, index, numbers and bounces they have.
+//! Source of photons: a model with an index, the numbers of the photons, and the bounces that count.
 
 use std::ops::Range;
 

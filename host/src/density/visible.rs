@@ -9,9 +9,10 @@
 //!      *.   |   .*
 //!        '--*--'
 //! ```
-//! Photons count only inside the polygon, and its area takes the place of the disc's. So walls neither darken a point at
-//! their foot nor let light from behind them through. The polygon is exact for straight walls that no two neighbouring
-//! rays straddle. A point exactly in the plane of a wall sees nothing: which side of the wall it is on is not known.
+//! Photons count only inside the polygon, and its area takes the place of the disc's. So walls neither darken a point
+//! at their foot nor let light from behind them through. The polygon is exact for straight walls that no two
+//! neighbouring rays straddle. A point exactly in the plane of a wall sees nothing, because its side of the wall is not
+//! known.
 //!
 //! # Source
 //! The idea that the kernel's domain is what the point sees: *Photon mapping with visible kernel domains*, The Visual
@@ -29,7 +30,7 @@ use crate::vector::Vector64;
 /// Rays of a polygon. In the open, 32 corners cover 0.9936 of the disc.
 pub const RAYS: usize = 32;
 
-/// Directions of the rays in the plane, the first one first again at the end.
+/// Directions of the rays in the plane. The first one is repeated at the end.
 #[derive(Clone, Debug)]
 pub struct Fan {
     directions: [(f64, f64); RAYS + 1],
@@ -64,7 +65,8 @@ pub struct VisiblePolygon<'f> {
 }
 
 impl Fan {
-    /// Computes the polygon of a receiver, by rays `lift` above its plane, or as far above it as rounding takes.
+    /// Computes the polygon of a receiver. The rays run `lift` above its plane, and at least so far above it that
+    /// rounding cannot put them behind it.
     pub fn polygon(
         &self,
         receiver: &Receiver,
@@ -84,8 +86,8 @@ impl Fan {
                 *reach = (f64::from(hit.t) - 2.0 * slack).max(0.0) as f32;
             }
         }
-        // The distance of an edge from the centre is at least that of its nearer corner times the cosine of half a sector,
-        // unless the angle at that corner is obtuse; then the corner is the nearest point.
+        // The distance of an edge from the centre is at least that of its nearer corner times the cosine of half a
+        // sector, unless the angle at that corner is obtuse; then the corner is the nearest point.
         let nearest = f64::from(reach.iter().copied().fold(f32::INFINITY, f32::min));
         let inner = nearest * self.half_sector_cosine;
         VisiblePolygon {
@@ -107,8 +109,8 @@ impl VisiblePolygon<'_> {
         (x * reach, y * reach)
     }
 
-    /// Tells whether a point, given by its offset from the centre, lies in the polygon. The part of the offset along
-    /// the normal does not matter.
+    /// Tells whether a point lies in the polygon, once it is projected along the normal. `offset` leads from the centre
+    /// to the point.
     pub(super) fn contains(&self, offset: Vector64) -> bool {
         let (x, y) = (offset.dot(self.tangent), offset.dot(self.bitangent));
         if x * x + y * y < self.inner_squared {

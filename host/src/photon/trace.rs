@@ -8,9 +8,10 @@
 //! ```
 //!
 //! A photon survives a hit with a probability of the triangle's reflectance, so its flux stays constant. It bounces
-//! into the side it came from, with a cosine distribution. On a coloured triangle its weights change, by the share of
-//! each colour over the mean of the colours; the path does not depend on colours of the same mean. Its path is a function of the model, the seed and the
-//! photon's number, and the same with every index.
+//! into the side it came from, with a cosine distribution. A coloured triangle multiplies the weight of each colour by
+//! that colour over the mean of the colours, so the path depends on the mean only.
+//!
+//! A path is a function of the model, the seed and the photon's number. It is the same with every index.
 //!
 //! # Source
 //! J. Arvo, D. Kirk, *Particle Transport and Image Synthesis*, 1990, for the roulette; H. W. Jensen,

@@ -1,4 +1,4 @@
-//! Film: what the pixels of a picture received, as the mean of the passes.
+//! Film: values of the pixels of a picture, as the mean of its passes.
 
 use super::samples::{Glow, Share};
 use crate::density::Estimate;
@@ -114,7 +114,7 @@ impl Film {
         }
     }
 
-    /// Makes the irradiance and its error the mean over the covered part of each pixel.
+    /// Divides the sums of irradiance and of its error by the covered part of each pixel, so that they become means.
     pub(super) fn finish(&mut self) {
         for pixel in self.pixels.iter_mut().filter(|pixel| pixel.coverage > 0.0) {
             for channel in &mut pixel.irradiance {
@@ -124,7 +124,7 @@ impl Film {
         }
     }
 
-    /// Makes this film, the mean of `passes` passes, the mean of one more.
+    /// Adds a pass to this film, the mean of `passes` passes.
     pub(super) fn join(&mut self, other: &Self, passes: u32) {
         let (before, all) = (passes as f32, (passes + 1) as f32);
         for (mean, pixel) in self.pixels.iter_mut().zip(&other.pixels) {

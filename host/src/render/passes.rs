@@ -5,8 +5,8 @@
 //! ```text
 //! a(0) = the area asked for      a(i) = a(i - 1) (i - 1 + 2/3) / i
 //! ```
-//! The picture is the mean of the passes, in their order. So both its noise and its blur vanish with the passes, and no
-//! pass needs to know of another.
+//! The picture is the mean of the passes, in their order. Both its noise and its blur vanish with the number of passes.
+//! A pass does not depend on the others.
 //!
 //! # Source
 //! C. Knaus, M. Zwicker, *Progressive Photon Mapping: A Probabilistic Approach*, ACM Transactions on Graphics 2011.
@@ -23,12 +23,12 @@ use crate::density::{Estimator, EstimatorError, LightField, PhotonMap, PhotonSou
 use crate::photon::Balance;
 use crate::report::Camera;
 
-/// Receivers that are estimated at once, about: 300 MB of discs.
+/// About the number of receivers that are estimated at once: 300 MB of discs.
 const RECEIVERS_AT_ONCE: u32 = 2_000_000;
 /// Share of an area that the first step of shrinking keeps; 2/3 as in Hachisuka's and Knaus and Zwicker's pictures.
 const KEPT: f64 = 2.0 / 3.0;
 
-/// What is rendered.
+/// Picture to render: its light, its camera and its passes.
 pub struct Passes<'s> {
     /// Photons of the first pass.
     pub source: PhotonSource<'s>,
@@ -48,18 +48,18 @@ pub struct Passes<'s> {
 
 /// Listener to the progress of a picture. Its functions are called from any thread.
 pub trait Progress: Sync {
-    /// `photons` photons were shot.
+    /// Notes that `photons` more photons were shot.
     fn photons(&self, photons: u64);
-    /// `estimates` estimates were made.
+    /// Notes that `estimates` more estimates were made.
     fn estimates(&self, estimates: u64);
-    /// A photon map was made. It is that of the pass.
+    /// Receives the photon map of a pass, counted from 0.
     ///
     /// # Errors
-    /// If it cannot be kept; then rendering ends.
+    /// If the map cannot be kept; then rendering ends.
     fn map(&self, _: u32, _: &PhotonMap) -> anyhow::Result<()> {
         Ok(())
     }
-    /// A pass is done: `film` is the mean of the first `passes`.
+    /// Receives the mean of the first `passes` passes.
     ///
     /// # Errors
     /// If the picture cannot be kept; then rendering ends.

@@ -9,10 +9,10 @@ use crate::report::{
 /// Quantity of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quantity {
-    /// What an eye sees: the light that surfaces reflect and emit.
+    /// Radiance towards the eye: light that surfaces reflect and emit.
     #[default]
     Radiance,
-    /// What falls on surfaces, whatever they reflect.
+    /// Irradiance of surfaces: light that falls on them, whether they reflect it or not.
     Irradiance,
 }
 
@@ -35,14 +35,14 @@ pub struct Range {
     pub decades: Option<f32>,
 }
 
-/// How a film is shown.
+/// Presentation of a film: quantity, unit and colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Look {
     /// Quantity that is shown.
     pub quantity: Quantity,
     /// Unit of false colours.
     pub unit: Unit,
-    /// Factor of natural colours before 1 is white; `None` is automatic.
+    /// Factor of the values in natural colours, after which 1 is white. `None` is automatic.
     pub exposure: Option<f32>,
     /// False colours instead of natural ones.
     pub false_colour: Option<Range>,

@@ -1,9 +1,10 @@
 //! Samples of a picture: primary rays, and the receivers of light that they hit.
 //!
-//! A pixel has `s * s` rays, each in a cell of its own (a stratified pattern without random numbers). Rays of a pixel that
-//! hit the same triangle close to each other share one receiver, at their mean, because their estimates would be made of
-//! the same photons. Receivers come in tiles of pixels, in squares, sorted by normal, so neighbours in a plane follow each
-//! other.
+//! A pixel has `s * s` rays, each through the middle of a cell of its own: a stratified pattern without random numbers.
+//!
+//! Rays of a pixel that hit the same triangle close to each other share one receiver at their mean, because their
+//! estimates would be made of the same photons. Receivers come tile by tile. In a tile they are sorted by normal, so
+//! that neighbours in a plane follow each other.
 
 use std::f64::consts::PI;
 
@@ -19,7 +20,7 @@ use crate::vector::Vector64;
 /// Side of a tile in pixels.
 pub(super) const TILE: u32 = 16;
 
-/// How a picture is sampled.
+/// Pattern of a picture's primary rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     /// Rays of a pixel along each side.
@@ -28,7 +29,7 @@ pub struct Sampling {
     pub merged_within: f32,
 }
 
-/// Share of a pixel that one receiver lights.
+/// Share of a pixel that one receiver stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
     /// Number of the pixel, row by row.
@@ -43,7 +44,7 @@ pub struct Share {
     pub depth: f32,
 }
 
-/// Receivers of some tiles, and the shares of pixels that they light.
+/// Receivers of some tiles, and the shares of pixels that they stand for.
 #[derive(Clone, Debug, Default)]
 pub struct TileSamples {
     /// Points and normals.
@@ -156,6 +157,7 @@ fn morton(number: u32) -> (u32, u32) {
     (even(number), even(number >> 1))
 }
 
+/// Adds a hit to those of its pixel that share a receiver with it, or begins a new receiver.
 fn merge(merged: &mut Vec<Merged>, sampling: Sampling, model: &Model, ray: &Ray, hit: &Hit) {
     let Some(triangle) = model.triangles.get(hit.triangle.0 as usize) else { return };
     let Some(receiver) = Receiver::at_hit(triangle, hit, ray.direction()) else { return };

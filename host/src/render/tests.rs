@@ -64,6 +64,7 @@ impl Progress for Counter {
     }
 }
 
+/// What is rendered: by an index of a kind over the triangles, and one over the discs.
 struct Job {
     estimator: Estimator,
     kind: IndexKind,
@@ -79,6 +80,7 @@ fn film_of(model: &Model, camera: Camera, job: &Job) -> (Film, Summary) {
     assert_eq!(counter.photons.into_inner(), job.photons * u64::from(job.passes));
     (film, summary)
 }
+
 fn rendered(
     lit: &Lit,
     camera: Camera,
@@ -93,7 +95,6 @@ fn rendered(
         render(passes, counter)
     })
 }
-
 
 fn digest(film: &Film) -> String {
     let mut hasher = blake3::Hasher::new();

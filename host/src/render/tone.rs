@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 use super::film::Film;
 
-/// Linear values from which on the level is 1, 2, ... 255.
+/// Smallest linear values of the levels 1, 2, ... 255.
 static THRESHOLDS: LazyLock<[f32; 255]> =
     LazyLock::new(|| std::array::from_fn(|level| linear((level as f64 + 0.5) / 255.0) as f32));
 
@@ -24,12 +24,12 @@ pub fn to_srgb(value: f32) -> u8 {
     THRESHOLDS.partition_point(|&threshold| threshold <= value) as u8
 }
 
-/// Part of the pixels that are not brighter than white in an automatic exposure.
+/// Share of the pixels that an automatic exposure makes at most white.
 const NOT_BRIGHTER: f64 = 0.99;
 
-/// Computes the automatic exposure of a picture: 1 over the 99th percentile of the reflected radiance, its largest
-/// channel, where surfaces are. Emitting surfaces do not count, as they are far brighter than what they light. 1 for a
-/// dark picture.
+/// Computes the automatic exposure of a picture: 1 over the 99th percentile of the reflected radiance, of which the
+/// largest channel counts. Only pixels with surfaces count, and none that emit, as those are far brighter than what
+/// they light. The exposure of a dark picture is 1.
 pub fn exposure_of(film: &Film) -> f32 {
     let largest = |[red, green, blue]: [f32; 3]| red.max(green).max(blue);
     let hit = film.pixels().iter().filter(|pixel| pixel.is_hit() && pixel.emitted == [0.0; 3]);

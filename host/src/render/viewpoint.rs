@@ -1,8 +1,8 @@
 //! Viewpoint: a camera that shows what photons light, for pictures without a given eye.
 //!
-//! Some cameras are tried: from above a corner, level from each of four sides, and from inside near each of four sides. A
-//! camera's score is the number of hits of a few photons that it sees on the side on which they fell. From above, the
-//! ceiling of a room hides all of them.
+//! Nine cameras are tried: from above a corner, level from each of four sides, and from inside near each of four sides.
+//! A few photons are shot. A camera's score is the number of their hits that it sees, from the side on which the photon
+//! fell. The camera above a closed room scores 0, because the ceiling hides all hits.
 
 use arboleda::{Aabb, Ray, RayIndex, Vec3};
 
@@ -11,9 +11,9 @@ use crate::photon::{Segment, Side, Visitor};
 use crate::report::Camera;
 use crate::scene::Model;
 
-/// Photons whose hits are looked at.
+/// Photons whose hits are counted.
 const PHOTONS: u64 = 1024;
-/// Factor by which a camera must see more than an earlier one in the list.
+/// Factor by which a camera's score must exceed that of the best camera before it in the list.
 const BETTER: f64 = 1.3;
 /// Field of view of a camera outside and inside, in degrees.
 const OUTSIDE: f32 = 40.0;

@@ -17,20 +17,21 @@ pub struct EstimatorArguments {
     /// Method
     #[arg(long, value_enum, default_value_t = Method::Detp)]
     estimator: Method,
-    /// Radius of the discs, in the scene's units. `auto` holds 200 photons on average if a million are shot, and fewer
-    /// or more in proportion to the power 2/3. For a photon map: all photons within the radius, instead of the nearest
+    /// Radius of the discs, in the scene's units. With `auto`, a disc holds 200 photons on average if a million are
+    /// shot, and in proportion to the power 2/3 of the photons otherwise. A photon map then takes all photons within
+    /// the radius instead of the nearest
     #[arg(long, value_name = "R|auto", value_parser = radius, conflicts_with = "k")]
     radius: Option<Radius>,
     /// Number of nearest photons in an estimate by a photon map, 3 or more [default: 200 if a million photons are shot,
-    /// in proportion to the power 2/3]
+    /// in proportion to the power 2/3 of the photons otherwise]
     #[arg(long, value_name = "K", value_parser = whole::<usize>(3..=100_000_000))]
     k: Option<usize>,
-    /// Largest radius of the nearest photons; where fewer than K are closer, those within it count [default: four times
-    /// the automatic radius]
+    /// Largest radius of the nearest photons. If fewer than K lie within it, the estimate is of that radius [default:
+    /// four times the automatic radius]
     #[arg(long, value_name = "R", value_parser = positive)]
     max_radius: Option<f32>,
-    /// Let photons count that end up to B radii before the plane (detp). 0 is the paper's rule; the inside of a sphere
-    /// of radius S needs R / (2 S)
+    /// Also count photons that end before the plane, by at most B radii (detp). 0 is the paper's rule; the inside of a
+    /// sphere of radius S needs R / (2 S)
     #[arg(long, value_name = "B", default_value_t = 0.0, value_parser = number(0.0..=1e3))]
     beyond: f32,
     /// Part of the disc in which photons count [default: visible for detp, disc for photon maps]
@@ -118,8 +119,8 @@ impl EstimatorArguments {
         }
     }
 
-    /// Makes the estimator for the photons of a source. Values that were not given are found by a few of its photons;
-    /// `kernel` is the kernel if none is named.
+    /// Makes the estimator for the photons of a source. Values that were not given are computed from a few of its
+    /// photons. `kernel` is the default kernel.
     ///
     /// # Errors
     /// If options contradict each other.

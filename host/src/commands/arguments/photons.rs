@@ -24,7 +24,7 @@ impl PhotonArguments {
     /// Runs work on the number of threads asked for.
     ///
     /// # Errors
-    /// Those of the work, and if the system refuses the threads.
+    /// The errors of the work; fails if the system refuses the threads.
     pub fn run<T: Send>(
         &self,
         work: impl FnOnce() -> anyhow::Result<T> + Send,

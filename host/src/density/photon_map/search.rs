@@ -16,10 +16,11 @@ use crate::density::receiver::{Receiver, distance_squared};
 use crate::photon::Side;
 use crate::vector::Vector64;
 
-/// Photons that count for a receiver: by the side on which they fell, and the angle of their surface.
+/// Test of the photons that count for a receiver, by an angle. Both parts hold on a smooth surface.
 ///
-/// The surface must be turned by at most the angle, towards the side of the receiver's normal, and the photon must not
-/// be seen from the receiver at more than the angle above or below its plane. Both hold on a smooth surface.
+/// - The normal of the photon's surface, on the side on which the photon fell, is at most the angle away from the
+///   receiver's normal.
+/// - The direction from the receiver to the photon is at most the angle away from the receiver's plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facing {
     cosine: f64,
@@ -27,11 +28,10 @@ pub struct Facing {
 }
 
 impl Facing {
-    /// The test that every photon passes whose surface does not face away.
+    /// Test that passes every photon whose surface does not face away.
     pub const ANY: Self = Self { cosine: 0.0, sine: 1.0 };
 
-    /// Creates the test for an angle in degrees, clamped to 0 to 90. At 90, every photon counts whose surface does not
-    /// face away.
+    /// Creates the test for an angle in degrees, clamped to 0 to 90. At 90 it is [`Facing::ANY`].
     pub fn within_degrees(degrees: f32) -> Self {
         if degrees >= 90.0 {
             return Self::ANY;
@@ -89,7 +89,7 @@ impl Found {
     }
 }
 
-/// Point of a search.
+/// Neighbourhood, with what its search needs for each photon.
 struct Place<'r> {
     receiver: &'r Receiver,
     facing: Option<&'r Facing>,
@@ -97,7 +97,7 @@ struct Place<'r> {
     slack: f64,
 }
 
-/// Taker of the photons of a search. It says how far they still matter.
+/// Consumer of the photons of a search. Its limit bounds the search.
 trait Taker {
     /// Squared distance beyond which photons do not matter. It never grows.
     fn limit(&self) -> f64;

@@ -1,7 +1,7 @@
 //! Colour of a photon in 32 bits: three mantissas of 9 bits and an exponent that they share.
 //!
-//! A weight of 1 is exact. Other weights are rounded at random, up in proportion to the rest, so sums have the right
-//! mean; the random numbers are a function of the photon's rank.
+//! A weight of 1 is exact. Other weights are rounded at random, up with the probability of the remainder, so that sums
+//! have the right mean. The random numbers are a function of the photon's rank.
 //!
 //! # Source
 //! Shared exponents: G. Ward, *Real Pixels*, Graphics Gems II, 1991; the 9-9-9-5 bits are those of OpenGL's `RGB9_E5`.

@@ -27,9 +27,9 @@ use crate::vector::Vector64;
 const MOST_DISCS: usize = 64;
 /// Largest half side of the box around the centres of a carrier's discs, in radii.
 const SPREAD: f64 = 0.5;
-/// Radius of a carrier's inscribed circle over that which the discs need. The carrier's corners are rounded to `f32`,
-/// which tilts it by at most 2^-22 of its distance from the origin; only rays within that share of the plane, over the
-/// margin, could cross a disc and miss the carrier.
+/// Factor by which a carrier's inscribed circle is larger than its discs need. Rounding to `f32` moves the carrier off
+/// the plane by at most 2^-22 of its distance from the origin, the offset. A ray that crosses a disc can miss the
+/// carrier only if its slope to the plane is below that offset over the margin, a sixteenth of the radius.
 const MARGIN: f64 = 1.0625;
 
 /// Carrier of consecutive discs.
@@ -89,7 +89,7 @@ impl Frame {
         Self { centre: receiver.point(), normal, tangent, bitangent, slack }
     }
 
-    /// Returns the place of a receiver in the plane; `None` if it lies in another plane.
+    /// Returns the coordinates of a receiver along the two axes; `None` if it lies in another plane.
     fn place(&self, receiver: &Receiver) -> Option<(f64, f64)> {
         let offset = receiver.point() - self.centre;
         let same = receiver.normal() == self.normal && offset.dot(self.normal).abs() <= self.slack;

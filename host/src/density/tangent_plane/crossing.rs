@@ -33,7 +33,7 @@ pub struct Reach {
     pub radius_squared: f64,
     /// Largest height above the plane of the end of a segment that counts as one that reaches the plane.
     pub beyond: f64,
-    /// Height up to which a point is in the plane but for rounding.
+    /// Largest distance from the plane of a point that lies in the plane up to rounding.
     pub slack: f64,
 }
 
@@ -50,8 +50,8 @@ pub struct Crossing {
 ///
 /// 1. It comes from the front: its direction leads against the normal.
 /// 2. It begins in front of the plane.
-/// 3. It reaches the plane: it ends on the plane or behind it, at most `beyond` before it, or not at all.
-/// 4. The crossing is at most the radius away from the centre. If the end lies in the plane but for rounding, the end is
+/// 3. It reaches the plane: it ends on the plane or behind it or at most `beyond` before it, or it leaves the scene.
+/// 4. The crossing is at most the radius away from the centre. If the end lies in the plane up to rounding, the end is
 ///    the crossing, as for a photon map; else it is the point where the line meets the plane.
 #[inline]
 pub fn crossing(receiver: &Receiver, flight: &Flight, reach: &Reach) -> Option<Crossing> {

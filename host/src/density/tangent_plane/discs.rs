@@ -6,8 +6,9 @@
 //! carriers, in parallel               discs of the carrier x its segments -> sums
 //! ```
 //! A disc belongs to one carrier, so no two threads add to its sum, and the segments of a carrier stay in the cache.
-//! Where discs are so large that a chunk has very many pairs, the chunk adds them itself, so memory stays bounded. Sums
-//! are of whole numbers, so it does not matter when.
+//!
+//! Large discs give a chunk very many pairs. Such a chunk adds its pairs to the sums itself, so that memory stays
+//! bounded. Sums are of whole numbers, so they do not depend on when a pair is added.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -27,7 +28,7 @@ use crate::{Threads, TimedIndex};
 
 /// Hits that a segment's buffer holds at first. It grows where a segment crosses more carriers.
 const HITS: usize = 64;
-/// Pairs of a chunk from which on it adds them itself: 2 MB. A usual chunk has a tenth.
+/// Number of pairs at which a chunk adds them itself: 2 MB. A usual chunk has a tenth.
 const MOST_PAIRS: usize = 1 << 18;
 
 /// Error of making discs.
@@ -50,8 +51,8 @@ pub struct Discs<'r> {
     /// Polygons of the receivers; empty for whole discs.
     polygons: Vec<VisiblePolygon<'r>>,
     sums: Vec<Sums>,
-    /// Length by which a segment is prolonged, over the cosine at its end: discs in the plane of the surface may lie
-    /// behind it by rounding.
+    /// Depth behind the surface at its end to which a segment is prolonged. Rounding may put discs there that lie in
+    /// the plane of the surface.
     prolonged: f64,
 }
 
@@ -95,7 +96,7 @@ impl<'r> Discs<'r> {
         source: &PhotonSource<'_>,
         progress: &(impl Fn(u64) + Sync),
     ) -> Balance {
-        // The sums are taken out while the rest is shared. No thread waits for them while it holds them.
+        // The sums are taken out while threads share the rest. A thread that holds them waits for no other.
         let sums = Mutex::new(std::mem::take(&mut self.sums));
         let locked = || sums.lock().unwrap_or_else(PoisonError::into_inner);
         let index = self.index.index();

@@ -24,8 +24,9 @@
 //! M. Lastra, C. Ureña, J. Revelles, R. Montes, *A Particle-Path Based Method for Monte Carlo Density Estimation*,
 //! Rendering Techniques 2002 (poster papers).
 //!
-//! Deviations: points within rounding of the plane count as in the plane, because a plane that is not along the axes has
-//! no `f32` points; kernels, the slack for concave surfaces, and the visible polygon.
+//! Deviations: a point that lies in the plane up to rounding counts as in the plane, because a plane that is not along
+//! the axes has hardly any `f32` points. Kernels, the slack for concave surfaces, and the visible polygon are
+//! additions.
 
 mod carriers;
 mod crossing;
