@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use arboleda::clusters::{ClusterNode, NodeId};
+use arboleda::clusters::{NodeId, TreeNode};
 use arboleda::{
     Aabb, Block, IndexKind, Level, Options, Scene, Triangle, Vec3, clusters as cluster,
 };
@@ -104,24 +104,13 @@ fn clusters_do_not_depend_on_the_order_of_triangles() {
     }
 }
 
-/// Builds the cluster tree of a scene. Returns its nodes and the number of clusters.
-fn tree(triangles: &[Triangle], options: &Options) -> (Vec<ClusterNode>, usize) {
+/// Builds the cluster tree of a scene. Returns its nodes, the number of clusters, and the depth.
+fn tree(triangles: &[Triangle], options: &Options) -> (Vec<TreeNode>, usize, u32) {
     let built = Built::new(IndexKind::OctreeHierarchy, &Scene::new(triangles), options);
     let built = built.expect("an ordinary scene");
     let index = built.index();
-    (index.sections().nodes().to_vec(), index.sections().cluster_count() as usize)
-}
-
-/// Computes the most joins above a leaf.
-fn depth(nodes: &[ClusterNode], leaf_count: usize) -> u32 {
-    let mut depths = vec![0; nodes.len()];
-    for id in (0..nodes.len()).rev() {
-        if let Some(parent) = nodes.get(nodes[id].parent.0 as usize) {
-            assert!(parent.links.contains(&(id as u32)), "a parent has no link to its child");
-            depths[id] = depths[nodes[id].parent.0 as usize] + 1;
-        }
-    }
-    depths.iter().take(leaf_count).copied().max().unwrap_or(0)
+    let tree = index.cluster_tree();
+    (tree.iter().collect(), tree.cluster_count() as usize, tree.depth())
 }
 
 /// Computes `ceil(log2(count))`; 0 for a count of 0.
@@ -147,21 +136,21 @@ fn the_cluster_tree_is_that_of_all_pairs() {
             }
         }
         let options = Options { level: Level::AtMost(1), ..some_options(&mut random) };
-        let (nodes, count) = tree(&triangles, &options);
+        let (nodes, count, depth) = tree(&triangles, &options);
         let leaves: Vec<Aabb> = nodes.iter().take(count).map(|leaf| leaf.bounds).collect();
         let expected = joins(&leaves);
         assert_eq!(nodes.len(), count + expected.len(), "seed {seed}");
         for (node, join) in nodes.iter().skip(count).zip(&expected) {
-            let mut links = node.links;
+            let mut links = node.children.expect("a join").map(|child| child.0);
             links.sort_unstable();
             assert_eq!((links, node.bounds), (join.links, join.bounds), "seed {seed}");
         }
         for (id, join) in (count as u32..).zip(&expected) {
             for link in join.links {
-                assert_eq!(nodes[link as usize].parent, NodeId(id), "seed {seed}");
+                assert_eq!(nodes[link as usize].parent, Some(NodeId(id)), "seed {seed}");
             }
         }
-        assert_eq!(depth(&nodes, count), balanced_depth(count), "seed {seed}");
+        assert_eq!(depth, balanced_depth(count), "seed {seed}");
         largest = largest.max(count);
         let overlapping = leaves
             .iter()
@@ -185,7 +174,7 @@ fn in_time(name: &str, boxes: &[(Vec3, Vec3)], proximity: f32, expected: Option<
     // At level 0 the octrees are trivial, so the time is that of the clusters.
     let options = Options { level: Level::AtMost(0), proximity, ..Options::default() };
     let start = Instant::now();
-    let (nodes, count) = tree(&triangles, &options);
+    let (_, count, depth) = tree(&triangles, &options);
     let elapsed = start.elapsed();
     println!(
         "{name}: {} triangles, {count} clusters, {elapsed:.2?} for two builds",
@@ -193,7 +182,7 @@ fn in_time(name: &str, boxes: &[(Vec3, Vec3)], proximity: f32, expected: Option<
     );
     assert!(elapsed < BOUND, "{name} took {elapsed:?}");
     assert!(expected.is_none_or(|expected| count == expected), "{name}: {count} clusters");
-    assert_eq!(depth(&nodes, count), balanced_depth(count), "{name}");
+    assert_eq!(depth, balanced_depth(count), "{name}");
 }
 
 /// Makes unit boxes on a lattice with gaps of two, in random order.

@@ -17,6 +17,7 @@ mod join;
 mod node;
 mod proximity;
 mod size_class;
+mod tree;
 
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Box4};
@@ -25,6 +26,7 @@ use crate::memory::{Arena, put, size_of_slice};
 
 pub(crate) use join::{join, join_bytes};
 pub use node::{ClusterNode, NodeId};
+pub use tree::{ClusterTree, TreeNode};
 
 /// Largest depth of a cluster tree. Joining halves the number of nodes in each round, so 2^30 triangles need 30 rounds.
 pub(crate) const MAX_TREE_DEPTH: usize = 30;

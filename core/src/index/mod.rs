@@ -30,7 +30,7 @@ pub use ray_index::RayIndex;
 pub use registry::{AnyIndex, IndexKind};
 pub use stored::{Storage, Stored};
 
-use crate::cluster::{self, ClusterNode, NodeId};
+use crate::cluster::{self, ClusterNode, ClusterTree, NodeId};
 use crate::error::{BuildError, OpenError};
 use crate::geometry::Ray;
 use crate::input::{Executor, Mesh, Options, Scene, Sequential, SimdLevel};
@@ -296,6 +296,11 @@ impl<'a, R: Representation> Index<'a, R> {
     /// The sections of the index: triangles, cluster tree and words.
     pub fn sections(&self) -> &Sections<'a> {
         &self.sections
+    }
+
+    /// The tree that joins the clusters.
+    pub fn cluster_tree(&self) -> ClusterTree<'a> {
+        self.sections.cluster_tree()
     }
 
     /// The number of clusters; 1 for a representation without clusters, 0 for an empty scene.

@@ -2,6 +2,7 @@
 
 use super::description::{Description, FAMILY, are_equal};
 use super::{Capacity, Index, RayIndex, scratch_with};
+use crate::cluster::ClusterTree;
 use crate::error::{BuildError, OpenError};
 #[cfg(feature = "bsp-tree")]
 use crate::indices::BspTree;
@@ -253,6 +254,11 @@ macro_rules! registry {
                 match self {
                     $($(#[cfg($included)] Self::$variant(index) => index.sections(),)*)*
                 }
+            }
+
+            /// The tree that joins the clusters.
+            pub fn cluster_tree(&self) -> ClusterTree<'a> {
+                self.sections().cluster_tree()
             }
 
             /// Checks the invariants of the whole structure; see [`Index::check`].

@@ -23,7 +23,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::cluster::{ClusterNode, NodeId};
+use crate::cluster::{ClusterNode, ClusterTree, NodeId};
 use crate::error::OpenError;
 use crate::geometry::Triangle;
 use crate::input::{MOST_TRIANGLES, Mesh};
@@ -331,6 +331,11 @@ impl<'a> Sections<'a> {
     /// The cluster tree: leaves, then inner nodes, the root last.
     pub fn nodes(&self) -> &'a [ClusterNode] {
         self.nodes
+    }
+
+    /// The cluster tree, as a view.
+    pub(crate) fn cluster_tree(&self) -> ClusterTree<'a> {
+        ClusterTree::new(self.nodes, self.cluster_count)
     }
 
     /// The number of leaves of the cluster tree.

@@ -49,7 +49,7 @@ pub fn paint_model(
         canvas,
         index.as_ray_index(),
         &model.triangles,
-        index.sections(),
+        index.cluster_tree(),
         &cluster_of,
         up,
         &title,

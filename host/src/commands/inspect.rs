@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use arboleda::clusters::Clusters;
-use arboleda::custom::Sections;
 use arboleda::{Aabb, Block, IndexKind, clusters as cluster};
 use clap::Args;
 
@@ -133,8 +132,8 @@ pub fn describe(model: &Model, build: &BuildArguments, kinds: &[IndexKind]) -> a
             duration(owned.build_seconds()),
         ]);
         if kind == IndexKind::OctreeHierarchy {
-            let sections = index.sections();
-            say!("cluster tree: {} nodes, depth {}", sections.nodes().len(), depth(sections));
+            let tree = index.cluster_tree();
+            say!("cluster tree: {} nodes, depth {}", tree.len(), tree.depth());
         }
     }
     say!("{sizes}");
@@ -167,14 +166,4 @@ fn cluster_table(model: &Model, clusters: &Clusters<'_>) -> comfy_table::Table {
         rows.add_row([label, String::new(), count(rest as u64), String::new(), String::new()]);
     }
     rows
-}
-
-/// Computes the depth of the cluster tree: the number of edges on the longest path from the root to a leaf.
-fn depth(sections: &Sections<'_>) -> u32 {
-    let nodes = sections.nodes();
-    let mut depths = vec![0_u32; nodes.len()];
-    for at in (0..nodes.len().saturating_sub(1)).rev() {
-        depths[at] = depths[nodes[at].parent.0 as usize] + 1;
-    }
-    depths.into_iter().max().unwrap_or(0)
 }

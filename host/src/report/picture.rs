@@ -1,7 +1,6 @@
 //! Pictures of scenes: clusters with their bounding boxes and tree, and irradiance.
 
-use arboleda::clusters::{ClusterNode, NodeId};
-use arboleda::custom::Sections;
+use arboleda::clusters::{ClusterTree, TreeNode};
 use arboleda::{Aabb, RayIndex, Triangle, Vec3};
 use rayon::prelude::*;
 
@@ -79,12 +78,13 @@ pub fn paint_clusters(
     canvas: &mut Canvas,
     index: &(dyn RayIndex + Sync),
     triangles: &[Triangle],
-    tree: &Sections<'_>,
+    tree: ClusterTree<'_>,
     cluster_of: &[u32],
     up: Vec3,
     title: &str,
 ) {
-    let Some(root) = tree.nodes().last() else {
+    let nodes: Vec<TreeNode> = tree.iter().collect();
+    let Some(root) = nodes.last() else {
         return;
     };
     let strip = if tree.cluster_count() > 1 { canvas.height() / 5 } else { 0 };
@@ -95,19 +95,19 @@ pub fn paint_clusters(
     });
     // Up to 64 clusters all boxes are drawn, up to 400 those of clusters; more boxes would hide the clusters.
     let clusters = tree.cluster_count() as usize;
-    let boxes: &[ClusterNode] = match clusters {
-        0..=64 => tree.nodes(),
-        65..=400 => &tree.nodes()[..clusters],
-        _ => &[],
+    let boxes = match clusters {
+        0..=64 => nodes.len(),
+        65..=400 => clusters,
+        _ => 0,
     };
-    for (at, node) in boxes.iter().enumerate() {
-        let leaf = at < clusters;
+    for (at, node) in nodes.iter().enumerate().take(boxes) {
+        let leaf = node.children.is_none();
         let colour = if leaf { cluster_colour(at as u32).times(0.55) } else { Colour::INK };
         outline(&mut view, &camera, &depths, &node.bounds, colour, if leaf { 0.9 } else { 0.35 });
     }
     let spelled = has_room_for_text(canvas);
     if spelled && (2..=MOST_NUMBERS).contains(&clusters) {
-        for (number, node) in tree.nodes()[..clusters].iter().enumerate() {
+        for (number, node) in nodes.iter().enumerate().take(clusters) {
             let Some((x, y, _)) = camera.project(node.bounds.centre()) else {
                 continue;
             };
@@ -123,7 +123,7 @@ pub fn paint_clusters(
     }
     canvas.paste(&view, 0, 0);
     if strip > 0 {
-        draw_tree(canvas, tree, canvas.height() - strip);
+        draw_tree(canvas, &nodes, clusters, canvas.height() - strip);
     }
 }
 
@@ -195,24 +195,23 @@ fn outline(
 }
 
 /// Draws the cluster tree below the scene, with the root on top and a dot for each cluster.
-fn draw_tree(canvas: &mut Canvas, tree: &Sections<'_>, top: u32) {
-    let nodes = tree.nodes();
-    let clusters = tree.cluster_count() as usize;
+fn draw_tree(canvas: &mut Canvas, nodes: &[TreeNode], clusters: usize, top: u32) {
     // 1. Positions: leaves from left to right in depth-first order, inner nodes above the middle of their children.
     let mut across = vec![0.0_f32; nodes.len()];
     let mut level = vec![0_u32; nodes.len()];
     let mut next_leaf = 0.0;
     let mut stack = vec![nodes.len() - 1];
     while let Some(at) = stack.pop() {
-        if at < clusters {
+        if let Some(children) = nodes[at].children {
+            stack.extend(children.iter().rev().map(|child| child.0 as usize));
+        } else {
             across[at] = (next_leaf + 0.5) / clusters as f32;
             next_leaf += 1.0;
-        } else {
-            stack.extend(nodes[at].links.iter().rev().map(|&child| child as usize));
         }
     }
-    for at in clusters..nodes.len() {
-        let [left, right] = nodes[at].links.map(|child| child as usize);
+    for (at, node) in nodes.iter().enumerate() {
+        let Some(children) = node.children else { continue };
+        let [left, right] = children.map(|child| child.0 as usize);
         across[at] = (across[left] + across[right]) * 0.5;
         level[at] = level[left].max(level[right]) + 1;
     }
@@ -229,8 +228,8 @@ fn draw_tree(canvas: &mut Canvas, tree: &Sections<'_>, top: u32) {
 
     // 2. Lines from each node to its parent.
     for (at, node) in nodes.iter().enumerate() {
-        if node.parent != NodeId::NONE {
-            let ((x, y), (parent_x, parent_y)) = (positions[at], positions[node.parent.0 as usize]);
+        if let Some(parent) = node.parent {
+            let ((x, y), (parent_x, parent_y)) = (positions[at], positions[parent.0 as usize]);
             let line = Colour::INK.mixed(Colour::PAPER, 0.4);
             canvas.line((x, y), (x, parent_y), line, |_, _, _| 1.0);
             canvas.line((x, parent_y), (parent_x, parent_y), line, |_, _, _| 1.0);
