@@ -93,6 +93,15 @@ pub fn furnace_behind_a_wall() -> Lit {
     Lit::new(model)
 }
 
+/// Turns a vector by a rotation that leaves no axis where it was.
+pub fn turned(v: Vec3) -> Vec3 {
+    Vec3::new(
+        0.6 * v.x - 0.64 * v.y + 0.48 * v.z,
+        0.8 * v.x + 0.48 * v.y - 0.36 * v.z,
+        0.6 * v.y + 0.8 * v.z,
+    )
+}
+
 /// Receiver on a floor that faces up.
 pub fn on_floor(x: f32, y: f32) -> Receiver {
     Receiver::new(Vec3::new(x, y, 0.0), Vec3::Z).unwrap()

@@ -163,7 +163,8 @@ impl Visitor for Listed<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::density::fixtures::uniform_furnace;
+    use crate::density::Bounces;
+    use crate::density::fixtures::{Lit, lamp_over_floor, uniform_furnace};
     use crate::scene::{FaceLight, LitSides};
 
     #[test]
@@ -213,5 +214,36 @@ mod tests {
             assert!((inside - 2.0).abs() < 0.08, "{inside}");
             assert!(light.front.count == 0 || light.back.count == 0);
         }
+    }
+
+    #[test]
+    fn light_is_that_of_a_side_and_of_the_bounces_that_count() {
+        // Photons from above fall on the front of a floor that faces up, and on the back of one that faces down.
+        let mut lit = lamp_over_floor();
+        lit.model.reflectance.fill(0.5);
+        let up = lit.shoot(2_000, |source| TriangleLight::shoot(source, &|_| {}));
+        for triangle in &mut lit.model.triangles {
+            std::mem::swap(&mut triangle.b, &mut triangle.c);
+        }
+        let down = Lit::new(lit.model.clone())
+            .shoot(2_000, |source| TriangleLight::shoot(source, &|_| {}));
+        for (up, down) in up.irradiance(&lit.model).zip(down.irradiance(&lit.model)) {
+            assert!(up.front.count > 900 && up.back.count == 0);
+            assert_eq!((down.front.count, down.back), (0, up.front));
+        }
+        let lit = uniform_furnace(0.5);
+        let [all, direct, indirect] =
+            [Bounces::All, Bounces::Direct, Bounces::Indirect].map(|bounces| {
+                lit.shoot(2_000, |source| {
+                    let source = PhotonSource { bounces, ..source.clone() };
+                    let light = TriangleLight::shoot(&source, &|_| {});
+                    let hits = first_hits(&source, usize::MAX).len() as u32;
+                    let counts =
+                        light.irradiance(&lit.model).map(|one| one.front.count + one.back.count);
+                    assert_eq!(counts.sum::<u32>(), hits);
+                    hits
+                })
+            });
+        assert_eq!((direct, all), (2_000, direct + indirect));
     }
 }

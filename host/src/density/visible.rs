@@ -141,3 +141,55 @@ impl VisiblePolygon<'_> {
         (0..RAYS).map(part).fold(0.0, |sum, part| sum + part)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::density::fixtures::{Lit, assert_near, turned};
+    use crate::photon::fixtures::quad;
+    use crate::scene::Model;
+    use arboleda::Vec3;
+
+    #[test]
+    fn a_wall_cuts_the_polygon_before_it_also_off_the_axes() {
+        let radius = 0.2;
+        for (place, plane) in [
+            ((|point| point) as fn(Vec3) -> Vec3, "along the axes"),
+            (|point| turned(point) + Vec3::new(103.7, -41.3, 17.9), "turned"),
+        ] {
+            // A wall stands on the plane z = 0 along the y axis.
+            let [corner, along, up] =
+                [Vec3::new(0.0, -9.0, 0.0), Vec3::Y * 9.0, Vec3::Z * 3.0].map(place);
+            let origin = place(Vec3::ZERO);
+            let wall = quad(corner, (along - origin) * 2.0, up - origin);
+            let mut model = Model::named("wall");
+            model.add_object("wall", wall, 0.5);
+            let lit = Lit::new(model);
+            let (index, fan) = (lit.index.index(), Fan::default());
+            for step in 1..=40 {
+                let (away, y) = (0.0073 * step as f32, 0.1 * step as f32 - 2.0);
+                let position = place(Vec3::new(away, y, 0.0));
+                let receiver = Receiver::new(position, place(Vec3::Z) - origin).unwrap();
+                let polygon = fan.polygon(&receiver, radius, 0.0, index.as_ray_index());
+                // Not the foot of the wall, nor what is behind it.
+                for (x, across) in
+                    [(0.0, 0.0), (0.0, 0.05), (0.0, -0.11), (-1e-4, 0.02), (-0.1, 0.0)]
+                {
+                    let point = place(Vec3::new(x, y + across, 0.0));
+                    let offset = Vector64::from(point) - receiver.point();
+                    assert!(!polygon.contains(offset), "{plane}: {away} {x} {across}");
+                }
+                let near = place(Vec3::new(away * 0.9, y, 0.0));
+                assert!(
+                    polygon.contains(Vector64::from(near) - receiver.point()),
+                    "{plane}: {away}"
+                );
+                // The 32-gon without the part behind the wall. Two rays straddle each end of the cut.
+                let share = (f64::from(away) / radius).min(1.0);
+                let cut = (libm::acos(share) - share * (1.0 - share * share).sqrt()) / (TAU / 2.0);
+                let area = TAU / 2.0 * radius * radius * (0.993_587 - cut);
+                assert_near(polygon.area(Kernel::Constant), area, 0.05, plane);
+            }
+        }
+    }
+}

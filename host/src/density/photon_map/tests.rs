@@ -246,6 +246,21 @@ fn photons_of_other_sides_and_of_turned_surfaces_do_not_count() {
 }
 
 #[test]
+fn photons_count_on_the_side_on_which_they_fell() {
+    let mut map = map_of(&places(1_000));
+    for photon in &mut map.photons {
+        let side = if photon.rank() % 3 == 0 { Side::Back } else { Side::Front };
+        photon.surface |= Photon::new(Vec3::ZERO, 0, side).surface;
+    }
+    for (normal, count) in [(Vec3::Z, 666), (Vec3::NEG_Z, 334)] {
+        let receiver = Receiver::new(Vec3::splat(0.5), normal).unwrap();
+        let found = map.within(&around(&receiver, ANY, 9.0));
+        assert_eq!(found.len(), count, "{normal}");
+        assert!(found.iter().all(|photon| (photon.rank % 3 == 0) == (normal == Vec3::NEG_Z)));
+    }
+}
+
+#[test]
 fn direct_and_indirect_light_make_up_all() {
     let lit = uniform_furnace(0.5);
     let maps = [Bounces::All, Bounces::Direct, Bounces::Indirect].map(|bounces| {

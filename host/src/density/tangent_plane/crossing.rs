@@ -72,3 +72,60 @@ pub fn crossing(receiver: &Receiver, flight: &Flight, reach: &Reach) -> Option<C
     let inside = squared <= reach.radius_squared;
     inside.then(|| Crossing { offset: point - centre, distance_squared: squared })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Crosses the disc of radius 1 around the origin that faces up.
+    fn crossed(origin: Vec3, direction: Vec3, end: Option<Vec3>, beyond: f64) -> Option<Crossing> {
+        let receiver = Receiver::new(Vec3::ZERO, Vec3::Z).unwrap();
+        let flight =
+            Flight { origin: origin.into(), direction: direction.into(), end: end.map(Vec3::into) };
+        crossing(&receiver, &flight, &Reach { radius_squared: 1.0, beyond, slack: 1e-6 })
+    }
+
+    #[test]
+    fn a_segment_counts_by_the_four_rules() {
+        let (up, down) = (Vec3::Z, Vec3::NEG_Z);
+        let at = |x: f32, z: f32| Vec3::new(x, 0.0, z);
+        for (origin, direction, end, beyond, distance, rule) in [
+            (at(0.5, 2.0), down, Some(at(0.5, 0.0)), 0.0, Some(0.5), "ends in the disc"),
+            (at(0.5, 2.0), down, Some(at(0.5, -3.0)), 0.0, Some(0.5), "ends behind the disc"),
+            (at(0.5, 2.0), down, None, 0.0, Some(0.5), "leaves the scene"),
+            (at(-1.5, 2.0), at(1.0, -1.0), None, 0.0, Some(0.5), "slanting"),
+            // 1. From the front.
+            (at(0.5, -2.0), up, Some(at(0.5, 0.0)), 0.0, None, "from behind"),
+            (at(0.5, -2.0), up, None, 0.0, None, "from behind, through the disc"),
+            (at(0.5, 2.0), up, None, 0.0, None, "away from the disc"),
+            (at(0.5, 2.0), Vec3::X, None, 0.0, None, "along the plane"),
+            (at(0.5, 0.0), Vec3::X, Some(at(0.7, 0.0)), 0.0, None, "in the plane"),
+            // 2. Begins in front.
+            (at(0.5, -1.0), down, None, 0.0, None, "begins behind"),
+            (at(0.5, 0.0), down, None, 0.0, None, "begins in the plane"),
+            // 3. Reaches the plane.
+            (at(0.5, 2.0), down, Some(at(0.5, 0.3)), 0.0, None, "ends before the plane"),
+            (at(0.5, 2.0), down, Some(at(0.5, 0.3)), 0.2, None, "ends before the slack"),
+            (at(0.5, 2.0), down, Some(at(0.5, 0.3)), 0.4, Some(0.5), "ends within the slack"),
+            // 4. Inside, the border included; an end that is in the plane up to rounding is the crossing.
+            (at(1.0, 2.0), down, None, 0.0, Some(1.0), "the border"),
+            (at(1.1, 2.0), down, None, 0.0, None, "outside"),
+            (at(0.5, 2.0), down, Some(at(0.25, 5e-7)), 0.0, Some(0.25), "an end above by rounding"),
+            (
+                at(0.5, 2.0),
+                down,
+                Some(at(0.25, -5e-7)),
+                0.0,
+                Some(0.25),
+                "an end below by rounding",
+            ),
+        ] {
+            let crossing = crossed(origin, direction, end, beyond);
+            let found = crossing.map(|crossing| crossing.distance_squared.sqrt() as f32);
+            assert_eq!(found, distance, "{rule}");
+            if let Some(crossing) = crossing {
+                assert_eq!(crossing.offset.dot(crossing.offset), crossing.distance_squared);
+            }
+        }
+    }
+}

@@ -33,6 +33,8 @@ mod crossing;
 mod discs;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wall_tests;
 
 use super::Kernel;
 
