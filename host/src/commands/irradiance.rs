@@ -83,7 +83,7 @@ impl Irradiance {
 
         // 2. Estimates.
         let start = Instant::now();
-        let (estimates, Work { balance, bytes: memory }, estimator) =
+        let (estimates, Work { balance, bytes: memory, .. }, estimator) =
             lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
                 let estimator = self.lighting.estimator.resolve(source, KernelName::Constant)?;
                 let field = lit.field(source, &estimator, &self.lighting.estimator)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use arboleda::Vec3;
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
@@ -13,7 +13,9 @@ use super::arguments::values::{PIXELS, file_ending_in, number, whole};
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{bytes, count, duration, say};
 use crate::bench::progress::{count_bar, photon_bar, together};
-use crate::density::{Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius};
+use crate::density::{
+    Bounces, Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius,
+};
 use crate::files::output::check_writable;
 use crate::render::{
     Film, Look, Passes, Progress, Quantity, Range, Sampling, Summary, Unit, paint, render,
@@ -74,6 +76,10 @@ pub struct Render {
     /// Lumens of a watt, for lux; 179 is that of Radiance
     #[arg(long, value_name = "LM", default_value_t = 179.0, value_parser = number(1e-3..=683.0))]
     efficacy: f32,
+    /// Gather indirect light by N rays from each point, 2 to 4096, and estimate at their ends: smoother, but N times the
+    /// estimates
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(2..=4096))]
+    final_gather: Option<u32>,
     /// Number of passes
     #[arg(long, value_name = "P", default_value_t = 1, value_parser = whole::<u32>(1..=1_000_000))]
     passes: u32,
@@ -126,6 +132,10 @@ impl Render {
         let files =
             [Some(&self.out), self.values.as_ref(), self.lighting.estimator.save_map.as_ref()];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
+        ensure!(
+            self.final_gather.is_none() || self.lighting.estimator.bounces() == Bounces::All,
+            "--final-gather shows all light: it cannot be used with --bounces"
+        );
         self.lighting.photons.run(|| self.picture())
     }
 
@@ -144,6 +154,7 @@ impl Render {
                     map,
                     camera: self.camera(source)?,
                     sampling: self.sampling(source, &estimator),
+                    final_gather: self.final_gather.unwrap_or(0),
                     passes: self.passes,
                 };
                 let total = self.lighting.photons.photons.saturating_mul(self.passes.into());

@@ -159,6 +159,11 @@ impl<'s> LightField<'s> {
         &self.source
     }
 
+    /// Returns the kind of the index over discs.
+    pub fn disc_kind(&self) -> IndexKind {
+        self.disc_kind
+    }
+
     /// Returns the estimator.
     pub fn estimator(&self) -> &Estimator {
         &self.estimator
@@ -195,7 +200,7 @@ impl<'s> LightField<'s> {
                     some
                 };
                 let all = receivers.par_chunks(SOME).flat_map_iter(of_some).collect();
-                Ok((all, Work { balance: *map.balance(), bytes: map.bytes() }))
+                Ok((all, Work { balance: *map.balance(), streamed: 0, bytes: map.bytes() }))
             }
             (Estimator::TangentPlane(options), _) => {
                 let (kind, scene) = (self.disc_kind, self.source.index);
@@ -205,7 +210,7 @@ impl<'s> LightField<'s> {
                 let all = (0..receivers.len()).into_par_iter().map(|at| discs.estimate(at, flux));
                 let all = all.collect();
                 estimates(receivers.len() as u64);
-                Ok((all, Work { balance, bytes: discs.bytes() }))
+                Ok((all, Work { balance, streamed: balance.emitted, bytes: discs.bytes() }))
             }
             // A photon map is made with the field.
             (Estimator::PhotonMap(..), None) => Ok((Vec::new(), Work::default())),
@@ -218,6 +223,20 @@ impl<'s> LightField<'s> {
 pub struct Work {
     /// Ends of the photons.
     pub balance: Balance,
+    /// Photons that were streamed for these estimates; 0 with a photon map.
+    pub streamed: u64,
     /// Bytes of the photon map, or of the discs and their index.
     pub bytes: usize,
+}
+
+impl Work {
+    /// Returns the work of these estimates and of others with the same photons, one after the other.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        Self {
+            balance: other.balance,
+            streamed: self.streamed + other.streamed,
+            bytes: self.bytes.max(other.bytes),
+        }
+    }
 }

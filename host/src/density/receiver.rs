@@ -1,7 +1,9 @@
 //! Receiver: a point and the side on which light falls on it.
 
-use arboleda::{Hit, Triangle, Vec3};
+use arboleda::{Hit, Ray, Triangle, Vec3};
 
+use crate::photon::PhotonRandom;
+use crate::photon::hemisphere::cosine_direction;
 use crate::photon::offset::height;
 use crate::vector::Vector64;
 
@@ -59,6 +61,13 @@ impl Receiver {
 
     pub(super) fn normal(&self) -> Vector64 {
         self.normal
+    }
+
+    /// Draws a ray from just above the point, with a cosine distribution around the normal. `None` if it is beyond the
+    /// range of `f32`.
+    pub(crate) fn ray_from(&self, random: &mut PhotonRandom) -> Option<Ray> {
+        let origin = (self.point() + self.normal * self.slack(0.0)).rounded();
+        Ray::new(origin, cosine_direction(self.normal, random).rounded()).ok()
     }
 
     /// Returns the distance from the plane up to which rounding may move points of the plane that are at most `reach`

@@ -32,7 +32,7 @@ const MOST_ATTEMPTS: u32 = 64;
 /// Takes two draws for each point tried, 2.5 draws on average. Returns the normal if none of 64 points lies in the
 /// disc.
 #[inline]
-pub(super) fn cosine_direction(normal: Vector64, random: &mut PhotonRandom) -> Vector64 {
+pub(crate) fn cosine_direction(normal: Vector64, random: &mut PhotonRandom) -> Vector64 {
     for _ in 0..MOST_ATTEMPTS {
         let x = 2.0 * f64::from(random.uniform()) - 1.0;
         let y = 2.0 * f64::from(random.uniform()) - 1.0;

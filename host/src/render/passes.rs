@@ -18,6 +18,7 @@ use arboleda::IndexKind;
 use thiserror::Error;
 
 use super::film::Film;
+use super::gather::Gathering;
 use super::samples::{Glow, Sampling, TILE, TileSamples};
 use crate::density::{Estimator, EstimatorError, LightField, PhotonMap, PhotonSource};
 use crate::photon::Balance;
@@ -42,6 +43,8 @@ pub struct Passes<'s> {
     pub camera: Camera,
     /// Rays of a pixel.
     pub sampling: Sampling,
+    /// Rays of final gathering at each receiver, 2 or more; 0 is none.
+    pub final_gather: u32,
     /// Number of passes.
     pub passes: u32,
 }
@@ -111,7 +114,8 @@ pub fn render(
     progress: &impl Progress,
 ) -> Result<(Film, Summary), RenderError> {
     let start = Instant::now();
-    let Passes { source, estimator, disc_kind, mut map, camera, sampling, passes } = passes;
+    let Passes { source, estimator, disc_kind, mut map, camera, sampling, final_gather, passes } =
+        passes;
     let (width, height) = camera.size();
     let per_pass = source.photons.end - source.photons.start;
     let glow = Glow::of(source.model);
@@ -135,6 +139,14 @@ pub fn render(
             summary.photons_shot += shot;
             progress.map(pass, map)?;
         }
+        let mut gathering = None;
+        if final_gather > 0 {
+            // Points of two passes have different numbers: a picture has fewer than 2^32 points.
+            let first = u64::from(pass) << 32;
+            let photons = |some| progress.photons(some);
+            gathering = Some(Gathering::new(&field, final_gather, first, &photons)?);
+            summary.photons_shot += if field.map().is_some() { per_pass } else { 0 };
+        }
         summary.photon_seconds += begun.elapsed().as_secs_f64();
 
         // 2. The bands of the picture.
@@ -147,10 +159,14 @@ pub fn render(
             let begun = Instant::now();
             let shot = |photons| progress.photons(photons);
             let estimated = |estimates| progress.estimates(estimates);
-            let (estimates, work) = field.estimates(&samples.receivers, &shot, &estimated)?;
+            let receivers = &samples.receivers;
+            let (estimates, work) = match &mut gathering {
+                None => field.estimates(receivers, &shot, &estimated)?,
+                Some(gathering) => gathering.estimates(&field, receivers, &shot, &estimated)?,
+            };
             let seconds = begun.elapsed().as_secs_f64();
             if field.map().is_none() {
-                summary.photons_shot += per_pass;
+                summary.photons_shot += work.streamed;
                 summary.photon_seconds += seconds;
             } else {
                 summary.estimate_seconds += seconds;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use arboleda::{IndexKind, Vec3};
 
-use super::values::pfm_bytes;
+use super::output::pfm_bytes;
 use super::*;
 use crate::density::fixtures::{Lit, lamp_over_floor, uniform_furnace};
 use crate::density::{Domain, Estimator, Facing, Gather, Kernel, MapEstimator, TangentPlane};
@@ -41,6 +41,11 @@ fn map_estimator(gather: Gather, kernel: Kernel) -> Estimator {
     Estimator::PhotonMap(MapEstimator { gather, facing, kernel }, Domain::Disc)
 }
 
+fn visible_map_estimator(gather: Gather) -> Estimator {
+    let (facing, kernel) = (Facing::within_degrees(10.0), Kernel::Constant);
+    Estimator::PhotonMap(MapEstimator { gather, facing, kernel }, Domain::Visible)
+}
+
 fn plane(radius: f32, kernel: Kernel, domain: Domain) -> Estimator {
     Estimator::TangentPlane(TangentPlane { radius, beyond: 0.0, kernel, domain })
 }
@@ -69,6 +74,7 @@ struct Job {
     estimator: Estimator,
     kind: IndexKind,
     photons: u64,
+    final_gather: u32,
     passes: u32,
 }
 
@@ -77,7 +83,9 @@ fn film_of(model: &Model, camera: Camera, job: &Job) -> (Film, Summary) {
     let sampling = Sampling { side: 2, merged_within: 0.02 };
     let (film, summary) = rendered(&lit, camera, sampling, job, &counter).unwrap();
     assert_eq!(counter.passes.into_inner(), u64::from(job.passes));
-    assert_eq!(counter.photons.into_inner(), job.photons * u64::from(job.passes));
+    // Final gathering shoots the photons for direct light apart.
+    let shots = if job.final_gather > 0 { 2 } else { 1 };
+    assert_eq!(counter.photons.into_inner(), job.photons * u64::from(job.passes) * shots);
     (film, summary)
 }
 
@@ -88,10 +96,19 @@ fn rendered(
     job: &Job,
     counter: &Counter,
 ) -> Result<(Film, Summary), RenderError> {
-    let Job { estimator, kind: disc_kind, photons, passes } = *job;
+    let Job { estimator, kind: disc_kind, photons, final_gather, passes } = *job;
     lit.shoot(photons, |source| {
         let source = source.clone();
-        let passes = Passes { source, estimator, disc_kind, map: None, camera, sampling, passes };
+        let passes = Passes {
+            source,
+            estimator,
+            disc_kind,
+            map: None,
+            camera,
+            sampling,
+            final_gather,
+            passes,
+        };
         render(passes, counter)
     })
 }
@@ -112,31 +129,37 @@ fn digest(film: &Film) -> String {
 }
 
 /// Digests of the room by each estimator. The same in debug and release builds, and on every target.
-const GOLDEN: [(&str, &str); 4] = [
+const GOLDEN: [(&str, &str); 6] = [
     ("nearest", "54d0bc1693256d3b"),
     ("radius", "221eee87dd9e461b"),
     ("disc", "2f36be2ae08bd170"),
     ("visible", "1dceb8c310d2a847"),
+    ("disc, gathered", "50eddc1e069267d1"),
+    ("nearest, gathered", "bd8a7a1d34c7c79a"),
 ];
 
 #[test]
 fn one_digest_for_every_index_and_any_number_of_threads() {
     let model = room();
     let nearest = Gather::Nearest { k: 40, max_radius: 0.3 };
+    let nearest = map_estimator(nearest, Kernel::Epanechnikov);
+    let disc = plane(0.15, Kernel::Constant, Domain::Disc);
     let estimators = [
-        map_estimator(nearest, Kernel::Epanechnikov),
-        map_estimator(Gather::Within { radius: 0.15 }, Kernel::Constant),
-        plane(0.15, Kernel::Constant, Domain::Disc),
-        plane(0.15, Kernel::Epanechnikov, Domain::Visible),
+        (nearest, 0),
+        (map_estimator(Gather::Within { radius: 0.15 }, Kernel::Constant), 0),
+        (disc, 0),
+        (plane(0.15, Kernel::Epanechnikov, Domain::Visible), 0),
+        (disc, 3),
+        (nearest, 3),
     ];
     let size = (40, 28);
     let mut digests = Vec::new();
-    for ((name, _), estimator) in GOLDEN.into_iter().zip(estimators) {
+    for ((name, _), (estimator, final_gather)) in GOLDEN.into_iter().zip(estimators) {
         let mut first = None;
         for (number, &kind) in IndexKind::ALL.iter().enumerate() {
             let threads = [1, 2, 3, 8][number % 4];
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let job = Job { estimator, kind, photons: 3_000, passes: 2 };
+            let job = Job { estimator, kind, photons: 3_000, final_gather, passes: 2 };
             let (film, _) = pool.install(|| film_of(&model, camera(size), &job));
             assert!(
                 film.pixels().iter().all(|pixel| pixel.radiance().iter().all(|x| x.is_finite()))
@@ -157,12 +180,15 @@ fn a_furnace_is_as_bright_everywhere() {
     let size = (64, 64);
     let eye = Vec3::new(0.3, 0.4, 0.5);
     let camera = Camera::at(eye, Vec3::ONE, Vec3::Z, 90.0, size).unwrap();
-    for estimator in [
-        plane(0.1, Kernel::Epanechnikov, Domain::Visible),
-        plane(0.1, Kernel::Constant, Domain::Visible),
+    let map = Gather::Within { radius: 0.1 };
+    for (estimator, final_gather) in [
+        (plane(0.1, Kernel::Epanechnikov, Domain::Visible), 0),
+        (plane(0.1, Kernel::Constant, Domain::Visible), 0),
+        (plane(0.1, Kernel::Constant, Domain::Visible), 8),
+        (visible_map_estimator(map), 8),
     ] {
         let kind = IndexKind::WideBvh;
-        let job = Job { estimator, kind, photons: 300_000, passes: 1 };
+        let job = Job { estimator, kind, photons: 300_000, final_gather, passes: 1 };
         let (film, summary) = film_of(&model, camera, &job);
         assert_eq!(summary.primary_rays, 64 * 64 * 4);
         // E = 2 W/m2, L = 0.5 * 2 / pi. 800 photons a disc; in the corners a quarter of them.
@@ -180,6 +206,32 @@ fn a_furnace_is_as_bright_everywhere() {
 }
 
 #[test]
+fn final_gathering_makes_indirect_light_smooth() {
+    // A lamp that shines at the ceiling: the floor has indirect light only.
+    let mut model = Model::named("room");
+    model.add_object("room", closed_box(Vec3::ZERO, Vec3::splat(2.0)), 0.5);
+    let (corner, edge_u, edge_v) = (Vec3::new(0.5, 0.5, 1.5), Vec3::X, Vec3::Y);
+    model.lights.push(AreaLight { corner, edge_u, edge_v, flux: 10.0 });
+    let camera =
+        Camera::at(Vec3::new(1.0, 1.0, 1.4), Vec3::new(1.0, 1.0, 0.0), Vec3::Y, 40.0, (24, 24));
+    let spread = |final_gather: u32| {
+        let estimator = plane(0.05, Kernel::Constant, Domain::Disc);
+        let job =
+            Job { estimator, kind: IndexKind::WideBvh, photons: 50_000, final_gather, passes: 1 };
+        let (film, _) = film_of(&model, camera.unwrap(), &job);
+        let values = film.pixels().iter().map(|pixel| f64::from(pixel.mean_irradiance()));
+        let (mean, squares) = values.fold((0.0, 0.0), |(mean, squares), value| {
+            (mean + value / 576.0, squares + value * value / 576.0)
+        });
+        (mean, (squares - mean * mean).sqrt() / mean)
+    };
+    let (plain, gathered) = (spread(0), spread(256));
+    // Some 20 photons a disc; 256 rays see a room that is not as bright everywhere.
+    assert!((gathered.0 / plain.0 - 1.0).abs() < 0.05, "{plain:?} {gathered:?}");
+    assert!(plain.1 > 0.15 && gathered.1 < 0.07, "{plain:?} {gathered:?}");
+}
+
+#[test]
 fn passes_make_the_error_smaller() {
     let model = lamp_over_floor().model;
     let size = (64, 64);
@@ -187,7 +239,11 @@ fn passes_make_the_error_smaller() {
     let error = |passes: u32| {
         let kind = IndexKind::WideBvh;
         let estimator = plane(0.2, Kernel::Constant, Domain::Disc);
-        let (film, _) = film_of(&model, camera, &Job { estimator, kind, photons: 50_000, passes });
+        let (film, _) = film_of(
+            &model,
+            camera,
+            &Job { estimator, kind, photons: 50_000, final_gather: 0, passes },
+        );
         // The middle of the floor is 23.945647 W/m2; the mean over a disc of 0.2 is 23.407470.
         let middle = film.pixels()[32 * 64 + 32];
         (middle.standard_error, middle.radius, middle.count)
@@ -206,7 +262,7 @@ fn without_photons_a_picture_is_black_and_emitters_glow() {
         plane(0.1, Kernel::Constant, Domain::Disc),
         map_estimator(Gather::Nearest { k: 3, max_radius: 0.1 }, Kernel::Constant),
     ] {
-        let job = Job { estimator, kind: IndexKind::Bvh, photons: 0, passes: 1 };
+        let job = Job { estimator, kind: IndexKind::Bvh, photons: 0, final_gather: 0, passes: 1 };
         let (film, _) = film_of(&model, camera(size), &job);
         let sums = film.pixels().iter().fold((0.0, 0.0), |(reflected, emitted), pixel| {
             (reflected + pixel.reflected[0], emitted + pixel.emitted[0])
@@ -217,6 +273,30 @@ fn without_photons_a_picture_is_black_and_emitters_glow() {
         paint(&film, &Look::default());
         let range = Range { largest: None, decades: Some(2.0) };
         paint(&film, &Look { false_colour: Some(range), ..Look::default() });
+    }
+}
+
+#[test]
+fn emitters_glow_on_the_sides_that_emit() {
+    let mut model = Model::named("lamp");
+    let square = crate::photon::fixtures::quad(Vec3::ZERO, Vec3::X, Vec3::Y);
+    model.add_object("square", square, 0.5);
+    let radiance = [3.0, 2.0, 1.0];
+    for (sides, below) in [(LitSides::Front, [0.0; 3]), (LitSides::Both, radiance)] {
+        model.emitters = (0..2).map(|triangle| FaceLight { triangle, radiance, sides }).collect();
+        for (z, expected) in [(1.0, radiance), (-1.0, below)] {
+            let middle = Vec3::new(0.5, 0.5, 0.0);
+            let camera = Camera::at(middle + Vec3::Z * z, middle, Vec3::Y, 40.0, (16, 16)).unwrap();
+            let estimator = plane(0.1, Kernel::Constant, Domain::Disc);
+            let job =
+                Job { estimator, kind: IndexKind::Bvh, photons: 0, final_gather: 0, passes: 1 };
+            let (film, _) = film_of(&model, camera, &job);
+            for pixel in film.pixels() {
+                for (seen, expected) in pixel.radiance().into_iter().zip(expected) {
+                    assert!((seen - expected).abs() < 1e-5, "{sides:?} {z}: {pixel:?}");
+                }
+            }
+        }
     }
 }
 
@@ -232,7 +312,8 @@ fn extreme_radii_give_finite_values() {
             map_estimator(Gather::Nearest { k: 1_000_000, max_radius: radius }, Kernel::Constant),
         ] {
             let sampling = Sampling { side: 1, merged_within: 0.0 };
-            let job = Job { estimator, kind: IndexKind::Bvh, photons: 200, passes: 2 };
+            let job =
+                Job { estimator, kind: IndexKind::Bvh, photons: 200, final_gather: 0, passes: 2 };
             // A disc beyond the range of f32 is an error.
             match rendered(&lit, camera(size), sampling, &job, &Counter::default()) {
                 Ok((film, _)) => assert!(film.pixels().iter().all(|pixel| {

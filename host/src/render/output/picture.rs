@@ -1,7 +1,7 @@
 //! Picture of a film: colours as a camera would see them, or false colours with a legend.
 
-use super::film::{Film, Pixel};
 use super::tone::{exposure_of, percentile, to_srgb};
+use crate::render::film::{Film, Pixel};
 use crate::report::{
     Canvas, Colour, NIGHT, Scale, draw_legend, has_room_for_text, heat, short_number,
 };

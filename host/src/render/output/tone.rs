@@ -8,7 +8,7 @@
 
 use std::sync::LazyLock;
 
-use super::film::Film;
+use crate::render::film::Film;
 
 /// Smallest linear values of the levels 1, 2, ... 255.
 static THRESHOLDS: LazyLock<[f32; 255]> =

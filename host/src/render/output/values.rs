@@ -8,9 +8,9 @@ use exr::prelude::{
     WritableImage,
 };
 
-use super::film::{Film, Pixel};
 use super::picture::Look;
 use crate::files::output::write_file;
+use crate::render::film::{Film, Pixel};
 
 /// Writes the values of a film, in watts: as `OpenEXR` if the name ends in .exr, else as PFM.
 ///
@@ -66,7 +66,7 @@ fn exr_bytes(film: &Film) -> io::Result<Vec<u8>> {
 ///
 /// # Source
 /// P. Debevec's format, as `pfmtopfm` of HDR Shop writes it: the sign of the scale is that of little-endian.
-pub(super) fn pfm_bytes(film: &Film, look: &Look) -> Vec<u8> {
+pub(in crate::render) fn pfm_bytes(film: &Film, look: &Look) -> Vec<u8> {
     let (width, height) = film.size();
     let mut bytes = format!("PF\n{width} {height}\n-1.0\n").into_bytes();
     for row in film.pixels().chunks_exact((width as usize).max(1)).rev() {
