@@ -35,7 +35,9 @@ fn a_quick_run_writes_the_tables_and_the_page() {
     let (shown, _) = success(&run_in(folder.path(), &arguments));
     assert!(shown.contains("best against best") && shown.contains("fig4d"), "{shown}");
     let out = folder.path().join("out");
-    assert_eq!(names(&out), ["index.html", "paper.csv", "tables.csv"]);
+    let pictures = ["fig2.png", "fig3.png", "fig4a.png", "fig4d.png"];
+    let files = pictures.into_iter().chain(["index.html", "paper.csv", "tables.csv"]);
+    assert_eq!(names(&out), files.collect::<Vec<_>>());
 
     // 1. The file: the columns, and a line for each scene, level and leaf capacity that the paper prints.
     let mut file = csv::Reader::from_path(out.join("tables.csv")).unwrap();
@@ -87,6 +89,19 @@ fn a_quick_run_writes_the_tables_and_the_page() {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("NaN") && !page.contains("Figure 4(b)"));
+
+    // 4. The pictures are those of the command below them.
+    assert_eq!(page.matches("data:image/png;base64,").count(), pictures.len());
+    for scene in ["fig3", "fig4a"] {
+        let command = page.split(&format!("arboleda render --scene {scene}")).nth(1).unwrap();
+        let command = command.split('<').next().unwrap();
+        let command = format!("render --scene {scene}{command}");
+        let command = command.split('"').next().unwrap();
+        success(&run_in(folder.path(), &command.split_whitespace().collect::<Vec<_>>()));
+        let file = format!("{scene}.png");
+        let [made, shown] = [folder.path().join(&file), out.join(&file)].map(fs::read);
+        assert!(made.unwrap() == shown.unwrap(), "{command}");
+    }
 }
 
 #[test]

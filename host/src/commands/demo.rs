@@ -11,16 +11,11 @@ use super::cluster_picture::paint_model;
 use super::inspect::{ALWAYS, describe};
 use super::output::count;
 use super::shoot::{ShotComparison, print_digests, print_rows};
-use crate::TimedIndex;
 use crate::bench::progress::during;
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
-use crate::density::{
-    Bounces, Domain, Estimator, Kernel, PhotonSource, TangentPlane, automatic_radius,
-    wanted_photons,
-};
 use crate::files::output::check_writable;
-use crate::photon::{Counting, DEFAULT_MAX_BOUNCES, ShootOptions};
-use crate::render::{Film, Look, Passes, Progress, Sampling, Summary, paint, render};
+use crate::photon::{Counting, ShootOptions};
+use crate::render::{Exposed, Look, Snapshot, paint};
 use crate::report::{Camera, Canvas, Colour};
 use crate::scene::{self, Model, UpAxis};
 
@@ -78,33 +73,11 @@ impl Demo {
         let mut clusters = Canvas::new(width, height);
         let (scene, options) = (self.build.scene(model), self.build.options());
         paint_model(&mut clusters, model, &scene, &options, up)?;
-        let owned = TimedIndex::build(IndexKind::WideBvh, &scene, &options)?;
-        let index = owned.index();
-        let source = PhotonSource {
-            model,
-            index: index.as_ray_index(),
-            photons: 0..self.photons,
-            seed: ShootOptions::default().seed,
-            max_bounces: DEFAULT_MAX_BOUNCES,
-            bounces: Bounces::All,
-        };
-        let radius = automatic_radius(&source, wanted_photons(self.photons) as f64);
-        let (kernel, domain) = (Kernel::Epanechnikov, Domain::Visible);
-        let passes = Passes {
-            source,
-            estimator: Estimator::TangentPlane(TangentPlane {
-                radius,
-                beyond: 0.0,
-                kernel,
-                domain,
-            }),
-            disc_kind: IndexKind::WideBvh,
-            map: None,
-            camera: Camera::looking_at(&model.bounds(), up, width, height),
-            sampling: Sampling { side: 2, merged_within: 0.25 * radius },
-            passes: 1,
-        };
-        let (film, summary) = render(passes, &Silent)?;
+        let size = (width, height);
+        let snapshot =
+            Snapshot { photons: self.photons, seed: ShootOptions::default().seed, up, size };
+        let camera = Camera::looking_at(&model.bounds(), up, width, height);
+        let Exposed { film, summary, .. } = snapshot.take(model, Some(camera))?;
         let mut light = paint(&film, &Look::default());
         let (photons, watts) = (count(self.photons), summary.balance.total_flux);
         let title = format!("{SCENE}: the light of {photons} photons, {watts} W");
@@ -113,16 +86,5 @@ impl Demo {
         both.paste(&clusters, 0, 0);
         both.paste(&light, width, 0);
         Ok(both)
-    }
-}
-
-/// Listener that says nothing: the picture takes seconds.
-struct Silent;
-
-impl Progress for Silent {
-    fn photons(&self, _: u64) {}
-    fn estimates(&self, _: u64) {}
-    fn pass(&self, _: u32, _: &Film, _: &Summary) -> anyhow::Result<()> {
-        Ok(())
     }
 }

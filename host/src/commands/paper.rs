@@ -9,13 +9,14 @@ use super::arguments::MeasureArguments;
 use super::output::{bytes, count, say, table};
 use super::separation;
 use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::with_bar;
+use crate::bench::progress::{during, with_bar};
 use crate::bench::record::Recorder;
 use crate::files::output::make_folder;
 use crate::report::pages::{PaperEvidence, paper_page};
 use crate::studies::paper::equal_bytes_tables::{self, SceneTable};
 use crate::studies::paper::figure3::{self, Figure3};
 use crate::studies::paper::figure3_apart::{self, ApartRow};
+use crate::studies::paper::lit::render_scenes;
 use crate::studies::paper::printed::{PRINTED, PrintedTable};
 use crate::studies::paper::protocol::{self, LEAF_CAPACITIES, ProtocolTable};
 use crate::studies::paper::table_file::write_tables;
@@ -31,22 +32,23 @@ const SECONDS: [f64; 2] = [0.1, 0.002];
 
 /// Measure the paper's figure 3 and tables 1 to 3 again, and compare with its figures
 ///
-/// Tables 1 to 3 are measured as printed: octrees of each level against grids of the subdivision beside it, with leaves of
-/// 1 and of 12 triangles. Then the same with grids of equal bytes; then figure 3, with its clusters at other distances.
+/// Tables 1 to 3 are measured as printed: octrees of each level against grids of the subdivision beside it, with leaves
+/// of 1 and of 12 triangles. Then the same with grids of equal bytes; then figure 3, with its clusters at other
+/// distances.
 #[derive(Args)]
 pub struct Paper {
     #[command(flatten)]
     measure: MeasureArguments,
-    /// Measure 100 photons once, and leave out the tables by bytes and the study `separation`: for a look, since its times
-    /// mean little
+    /// Measure 100 photons once, and leave out the tables by bytes and the study `separation`: for a look, since its
+    /// times mean little
     #[arg(long, conflicts_with_all = ["photons", "repetitions"])]
     quick: bool,
     /// Only these scenes of tables 1 to 3, separated by commas: fig4a to fig4e
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = scene_names())]
     scenes: Vec<String>,
-    /// Write the page index.html, tables.csv and paper.csv to this folder, also with the study `separation`, on at most
-    /// 30,000 photons. tables.csv has a line for each scene, level and leaf capacity of tables 1 to 3; nodes and tests are
-    /// per ray, bytes beside the triangles
+    /// Write the page index.html, tables.csv, paper.csv and a picture of each scene by photons to this folder, also
+    /// with the study `separation`, on at most 30,000 photons. tables.csv has a line for each scene, level and leaf
+    /// capacity of tables 1 to 3; nodes and tests are per ray, bytes beside the triangles
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -98,6 +100,11 @@ impl Paper {
         }
     }
 
+    /// Tells whether the tables of a scene are asked for.
+    fn is_asked(&self, scene: &str) -> bool {
+        self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
+    }
+
     fn effort(&self) -> Effort {
         let effort = self.measure.effort(SECONDS[0], Share::Common);
         if self.quick {
@@ -110,10 +117,8 @@ impl Paper {
     /// Measures everything but the study `separation`, with a bar.
     fn measure(&self, effort: &Effort) -> anyhow::Result<Evidence> {
         let own = Effort { share: Share::Own, ..*effort };
-        let is_asked = |printed: &&PrintedTable| {
-            self.scenes.is_empty() || self.scenes.iter().any(|name| name == printed.scene)
-        };
-        let printed: Vec<&PrintedTable> = PRINTED.iter().filter(is_asked).collect();
+        let printed: Vec<&PrintedTable> =
+            PRINTED.iter().filter(|printed| self.is_asked(printed.scene)).collect();
         let by_bytes = if self.quick { &[] } else { printed.as_slice() };
         let steps = printed.iter().map(|printed| protocol::steps(printed, effort)).sum::<u64>()
             + by_bytes.len() as u64 * equal_bytes_tables::steps()
@@ -151,30 +156,35 @@ impl Paper {
     /// depend on the photons, and repetitions, which do up to the time that one may take.
     fn estimated_seconds(&self, effort: &Effort) -> f64 {
         let scenes = if self.scenes.is_empty() { PRINTED.len() } else { self.scenes.len() } as f64;
+        let pictures = if self.out.is_some() { scenes + 2.0 } else { 0.0 };
         if self.quick {
-            return 10.0 + 12.0 * scenes;
+            return 10.0 + 12.0 * scenes + 1.5 * pictures;
         }
         let rounds = effort.repetitions as f64 * (effort.photons as f64 / 30_000.0).min(2.0);
         let separation = if self.out.is_some() { 40.0 } else { 0.0 };
-        scenes * (25.0 + 2.0 * rounds) + 20.0 + 2.0 * rounds + separation
+        scenes * (25.0 + 2.0 * rounds) + 20.0 + 2.0 * rounds + separation + 6.0 * pictures
     }
 
     /// Writes the page and the files.
     fn write(&self, folder: &Path, effort: &Effort, evidence: &Evidence) -> anyhow::Result<()> {
         let mut recorder = Recorder::new(effort.seed);
         record(&mut recorder, evidence);
+        let lit = during("rendering the scenes", || {
+            render_scenes(folder, |scene| self.is_asked(scene), effort.seed, self.quick)
+        })?;
         let page = PaperEvidence {
             tables: &evidence.tables,
             equal_bytes: &evidence.equal_bytes,
             figure3: &evidence.figure3,
             apart: &evidence.apart,
             separation: &evidence.separation,
+            lit: &lit,
             provenance: recorder.provenance(),
             command: &self.command(),
         };
         let [index, tables, all] =
             ["index.html", "tables.csv", "paper.csv"].map(|name| folder.join(name));
-        paper_page(&page).save(&index)?;
+        paper_page(&page)?.save(&index)?;
         write_tables(&tables, &evidence.tables)?;
         recorder.write_csv(&all)?;
         log::info!(

@@ -14,6 +14,7 @@ mod gather;
 mod output;
 mod passes;
 mod samples;
+mod snapshot;
 #[cfg(test)]
 mod tests;
 mod viewpoint;
@@ -22,4 +23,5 @@ pub use film::{Film, Pixel};
 pub use output::{Look, Quantity, Range, Unit, exposure_of, paint, to_srgb, write_values};
 pub use passes::{Passes, Progress, RenderError, Summary, render};
 pub use samples::{Sampling, Share, TileSamples};
+pub use snapshot::{Exposed, Snapshot};
 pub use viewpoint::viewpoint;

@@ -10,6 +10,7 @@ use crate::report::html::Page;
 use crate::studies::paper::equal_bytes_tables::SceneTable;
 use crate::studies::paper::figure3::Figure3;
 use crate::studies::paper::figure3_apart::ApartRow;
+use crate::studies::paper::lit::LitScene;
 use crate::studies::paper::protocol::ProtocolTable;
 use crate::studies::separation::SeparationRow;
 
@@ -25,6 +26,8 @@ pub struct PaperEvidence<'e> {
     pub apart: &'e [ApartRow],
     /// All indices of figure 3 with its clusters at other distances; without any, their section is left out.
     pub separation: &'e [SeparationRow],
+    /// Pictures of the scenes.
+    pub lit: &'e [LitScene],
     /// Machine, compiler and commit of the measurements.
     pub provenance: &'e Provenance,
     /// Command that repeats the measurements.
@@ -32,12 +35,15 @@ pub struct PaperEvidence<'e> {
 }
 
 /// Makes the page.
-pub fn paper_page(evidence: &PaperEvidence<'_>) -> Page {
+///
+/// # Errors
+/// If a picture cannot be read.
+pub fn paper_page(evidence: &PaperEvidence<'_>) -> anyhow::Result<Page> {
     let mut page = Page::new("The paper's figures and tables, measured again");
     page.paragraph(
         "N. Aguilera, J. Revelles, M. Lastra, R. Montes, R. J. García: Representaciones Espaciales Para Escenas \
-         Constituidas Mediante Agrupaciones de Objetos. For a reader who has the paper at hand: first its tables 1 to 3, \
-         row by row, each number beside ours; then the same tables by bytes; then its figure 3.",
+         Constituidas Mediante Agrupaciones de Objetos. For a reader who has the paper at hand: first its scenes, lit; \
+         then its tables 1 to 3, row by row, each number beside ours; then the same tables by bytes; then its figure 3.",
     );
     page.paragraph(
         "Every index gives the same hits, bit for bit; that was checked on these rays before they were timed. Times are \
@@ -45,6 +51,12 @@ pub fn paper_page(evidence: &PaperEvidence<'_>) -> Page {
          of the slower index's time. It is above 0 where the octrees or the hierarchy are faster.",
     );
     page.note(&format!("{}. {}", evidence.command, evidence.provenance.line()));
+    page.heading("The scenes, lit by photons");
+    page.paragraph(
+        "The density of photons gives the light on the surfaces, by the method of three of the paper's authors. The 99th \
+         percentile of the radiance is white. The paper gives no coordinates, so positions are ours.",
+    );
+    page.pictures(evidence.lit.iter().map(|lit| (lit.path.as_path(), lit.caption.clone())))?;
     tables_section(&mut page, evidence.tables);
     if !evidence.equal_bytes.is_empty() {
         equal_bytes_section(&mut page, evidence.equal_bytes);
@@ -53,7 +65,7 @@ pub fn paper_page(evidence: &PaperEvidence<'_>) -> Page {
     if !evidence.separation.is_empty() {
         separation_section(&mut page, evidence.separation);
     }
-    page
+    Ok(page)
 }
 
 /// Writes the seconds of a measurement for a million photons.

@@ -1,0 +1,62 @@
+//! Pictures of the paper's scenes, in the light of photons.
+
+use std::path::{Path, PathBuf};
+
+use super::printed::PRINTED;
+use crate::render::{Exposed, Look, Snapshot, paint};
+use crate::report::UpAxis;
+use crate::scene::builtin;
+
+/// Width and height of a picture in pixels.
+const SIZE: (u32, u32) = (960, 640);
+/// Photons of a picture; with `quick`, the second.
+const PHOTONS: [u64; 2] = [1_000_000, 100_000];
+
+/// Picture of a scene, in a file.
+pub struct LitScene {
+    /// The PNG file.
+    pub path: PathBuf,
+    /// Scene, photons and method.
+    pub caption: String,
+}
+
+/// Returns the names of the paper's scenes and of their figures. Of figure 4, those whose tables are asked for.
+fn scenes(is_asked: impl Fn(&str) -> bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let tables = PRINTED.iter().map(|printed| (printed.scene, printed.label));
+    let asked = tables.filter(move |(scene, _)| is_asked(scene));
+    [("fig2", "2"), ("fig3", "3")].into_iter().chain(asked)
+}
+
+/// Renders the paper's scenes to files in a folder, in the caller's pool. `quick` takes few photons. Of figure 4, only
+/// the scenes that `is_asked` names.
+///
+/// # Errors
+/// If a scene cannot be indexed, or a file cannot be written.
+pub fn render_scenes(
+    folder: &Path,
+    is_asked: impl Fn(&str) -> bool,
+    seed: u64,
+    quick: bool,
+) -> anyhow::Result<Vec<LitScene>> {
+    let photons = PHOTONS[usize::from(quick)];
+    let picture = |(scene, label)| {
+        let model = builtin::require(scene)?.with_default_light(UpAxis::Z);
+        let snapshot = Snapshot { photons, seed, up: UpAxis::Z.vector(&model), size: SIZE };
+        let Exposed { film, summary, radius } = snapshot.take(&model, None)?;
+        let path = folder.join(format!("{scene}.png"));
+        paint(&film, &Look::default()).save(&path)?;
+        let caption = format!(
+            "Figure {label}: {} triangles, {photons} photons of {} W in all, {} hits. By density estimation on the \
+             tangent plane: {} estimates in visible parts of discs of radius {radius:.3}. arboleda render --scene {scene} \
+             --up z --photons {photons} --seed {seed} --size {} {} --out {scene}.png",
+            model.triangles.len(),
+            summary.balance.total_flux,
+            summary.balance.hits,
+            summary.estimates,
+            SIZE.0,
+            SIZE.1
+        );
+        Ok(LitScene { path, caption })
+    };
+    scenes(is_asked).map(picture).collect()
+}
