@@ -5,8 +5,8 @@
 //! # Source
 //! K. Sung, P. Shirley, *Ray Tracing with the BSP Tree*, 1992.
 
+use super::filing::Cell;
 use super::plane_tree::{Plane, PlanePolicy, PlaneTree};
-use super::tree_cell::Cell;
 use crate::cost::Weights;
 use crate::input::CostModel;
 use crate::structure::{Described, Group};

@@ -4,9 +4,9 @@
 //! # Source
 //! J. D. MacDonald, K. S. Booth, *Heuristics for Ray Tracing Using Space Subdivision*, 1990.
 
+use super::filing::Cell;
 use super::plane_tree::{Plane, PlanePolicy, PlaneTree};
 use super::split_cost::{CellAxis, SPLIT_LOOKS, best_split};
-use super::tree_cell::Cell;
 use crate::cost::Weights;
 use crate::input::CostModel;
 use crate::structure::{Described, Group};

@@ -4,11 +4,12 @@
 //! cells of up to eight octants:  octant_tree <- octree (midpoints), octree_r (least cost)
 //! cells that a plane divides:    plane_tree  <- kd_tree (least cost), bsp_tree (midpoints)
 //! ```
-//! An index is a tree with a policy, which chooses the planes.
+//! An index is a tree with a policy, which chooses the planes. `filing` files triangles in cells, and
+//! finds the level.
 
 #[cfg(feature = "bsp-tree")]
 mod bsp_tree;
-mod cell_lists;
+mod filing;
 #[cfg(feature = "kd-tree")]
 mod kd_tree;
 #[cfg(any(feature = "octree", feature = "octree-r"))]
@@ -21,7 +22,6 @@ mod octree_r;
 pub(crate) mod plane_tree;
 #[cfg(any(feature = "octree-r", feature = "kd-tree"))]
 mod split_cost;
-mod tree_cell;
 
 #[cfg(feature = "bsp-tree")]
 pub use bsp_tree::BspTree;

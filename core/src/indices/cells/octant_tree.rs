@@ -41,11 +41,11 @@ use core::ops::ControlFlow;
 use arrayvec::ArrayVec;
 use glam::{Vec4, Vec4Swizzles};
 
-use super::cell_lists::{Filing, LEAF, List, Lists, Placement, most_references};
-use super::tree_cell::Cell;
-use crate::cost::{best_level, search_steps};
+use super::filing::{
+    Cell, Division, Filing, LEAF, LevelSearch, List, Lists, Planes, most_references,
+};
 use crate::error::BuildError;
-use crate::geometry::{Numbers, RaySpan, Span, Triangle, may_overlap};
+use crate::geometry::{Numbers, RaySpan, Span};
 use crate::indices::depth_first::{CheckedNode, check_depth_first, check_leaf};
 use crate::input::{Level, MAX_LEVEL, Options};
 use crate::memory::Words;
@@ -69,9 +69,6 @@ const fn levels_at_most(options: &Options) -> usize {
 pub(crate) const fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
     Lists::scratch_bytes(triangle_count, levels_at_most(options))
 }
-
-/// Plane across each axis, a number that `f32` holds; `None` for an undivided axis.
-pub type Planes = [Option<f64>; 3];
 
 /// The bits of an inner node's first word that say which axes are divided.
 pub(super) const AXES: u32 = 0b111 << AXES_SHIFT;
@@ -115,28 +112,34 @@ where
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
         let mut lists = Lists::new(group, levels_at_most(options), scratch)?;
-        let (root, model) = (Cell::of(&group.bounds), options.cost_model());
+        let root = Cell::of(&group.bounds);
         let most_references = most_references(group.ids.len(), options);
-        let mut attempt = |most_level: u32, words: &mut Words<'_>| {
-            Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
-                let division = PhantomData;
-                OctantBuilder::<P> { filing, options, most_level, division }.node(
-                    list,
-                    root,
-                    0,
-                    most_references,
-                )
-            })
-        };
-        let level = match options.level {
+        let most_level = match options.level {
             Level::AtMost(level) => level,
             Level::Automatic => {
-                let budget = search_steps(group.ids.len(), P::LOOKS);
-                best_level(MAX_AUTOMATIC_LEVEL, budget, words, &mut attempt)?
+                let search = LevelSearch {
+                    group,
+                    model: options.cost_model(),
+                    leaf_capacity: options.leaf_capacity,
+                    most_references,
+                    most_depth: MAX_AUTOMATIC_LEVEL,
+                    depths_per_level: 1,
+                    looks: P::LOOKS,
+                };
+                search.run(&mut lists, &root, words, |ids, cell, _| {
+                    P::choose(group, ids, cell, options)
+                })?
             }
         };
-        attempt(level, words)?;
-        Ok(())
+        Filing::write(group, &mut lists, words, |filing, list| {
+            let division = PhantomData;
+            OctantBuilder::<P> { filing, options, most_level, division }.node(
+                list,
+                root,
+                0,
+                most_references,
+            )
+        })
     }
 
     fn traverse<Q: Query>(
@@ -329,7 +332,7 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
         most_references: u64,
     ) -> Result<u32, BuildError> {
         // 1. Choose planes, unless a leaf is small enough or no level is left.
-        let node = self.filing.begin(list, &cell)?;
+        let node = self.filing.begin(list)?;
         let few = list.len() <= self.options.leaf_capacity as usize;
         let planes = if few || level >= self.most_level {
             [None; 3]
@@ -342,8 +345,8 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
             return Ok(self.filing.leaf(node));
         }
         // 2. Find the octants of each triangle, unless there would be too many references.
-        let octants = |triangle: &Triangle| octants_of(triangle, &cell, &planes);
-        let Some(parts) = self.filing.mark(list, most_references, octants)? else {
+        let division = Division::new(&cell, &planes);
+        let Some(parts) = self.filing.mark(list, most_references, &division)? else {
             return Ok(self.filing.leaf(node));
         };
         let mask = parts.mask;
@@ -367,38 +370,9 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
         for (link_offset, octant) in (links..).zip(present) {
             let part = self.filing.gather(list, octant);
             let child = cell.child(&planes, octant);
-            let link = self.node(part, child, level + 1, parts.share(part))?;
+            let link = self.node(part, child, level + 1, parts.share(part.len()))?;
             self.filing.words.set(link_offset, link);
         }
         Ok(node.offset)
     }
-}
-
-/// Finds the octants in which a triangle is filed.
-fn octants_of(triangle: &Triangle, cell: &Cell, planes: &Planes) -> Placement {
-    let bounds = triangle.bounds();
-    let (lo, hi) = (bounds.lo.to_array(), bounds.hi.to_array());
-    // A triangle that only touches a plane is filed on its own side; one that lies in the plane, in the lower half. On
-    // an axis without a plane, everything is in the lower half.
-    let mut octants = 0xff_u8;
-    for axis in 0..3 {
-        const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
-        let upper = planes[axis].is_some_and(|plane| f64::from(hi[axis]) > plane);
-        let lower = !upper || planes[axis].is_some_and(|plane| f64::from(lo[axis]) < plane);
-        octants &= if upper { 0xff } else { !UPPER[axis] };
-        octants &= if lower { 0xff } else { UPPER[axis] };
-    }
-    if octants.is_power_of_two() {
-        return Placement { mask: octants, steps: 1 };
-    }
-    let steps = 1 + octants.count_ones();
-    for octant in 0..8 {
-        if octants >> octant & 1 == 1 {
-            let child = cell.child(planes, octant);
-            if !may_overlap(triangle, child.lo, child.hi) {
-                octants &= !(1 << octant);
-            }
-        }
-    }
-    Placement { mask: octants, steps }
 }

@@ -16,8 +16,9 @@
 
 use glam::Vec4;
 
-use super::octant_tree::{AXES_SHIFT, OctantPolicy, OctantTree, Planes};
-use super::tree_cell::{Cell, midpoints};
+use super::filing::Planes;
+use super::filing::{Cell, midpoints};
+use super::octant_tree::{AXES_SHIFT, OctantPolicy, OctantTree};
 use crate::cost::Weights;
 use crate::input::{CostModel, Options};
 use crate::structure::{Described, Group, Local};

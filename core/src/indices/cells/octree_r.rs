@@ -9,9 +9,10 @@
 
 use glam::Vec4;
 
-use super::octant_tree::{AXES_SHIFT, OctantPolicy, OctantTree, Planes};
+use super::filing::Cell;
+use super::filing::Planes;
+use super::octant_tree::{AXES_SHIFT, OctantPolicy, OctantTree};
 use super::split_cost::{CellAxis, SPLIT_LOOKS, best_split};
-use super::tree_cell::Cell;
 use crate::cost::Weights;
 use crate::input::{CostModel, Options};
 use crate::structure::{Described, Group, Local};

@@ -17,11 +17,11 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
-use super::cell_lists::{Filing, LEAF, List, Lists, Placement, most_references};
-use super::tree_cell::Cell;
-use crate::cost::{best_level, search_steps};
+use super::filing::{
+    Cell, Division, Filing, LEAF, LevelSearch, List, Lists, Planes, most_references,
+};
 use crate::error::BuildError;
-use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
+use crate::geometry::{RaySpan, Span};
 use crate::indices::depth_first::{CheckedNode, check_depth_first, check_leaf};
 use crate::indices::ordered_traversal::walk_near_first;
 use crate::input::{CostModel, Level, MAX_LEVEL, Options};
@@ -41,6 +41,24 @@ const MAX_DEPTH: usize = (MAX_LEVEL * DIVISIONS_PER_LEVEL) as usize;
 pub struct Plane {
     pub axis: usize,
     pub at: f32,
+}
+
+impl Plane {
+    /// The planes that divide a cell at this one alone, or not at all.
+    fn planes(plane: Option<Self>) -> Planes {
+        let mut planes = [None; 3];
+        if let Some(Self { axis, at }) = plane
+            && let Some(slot) = planes.get_mut(axis)
+        {
+            *slot = Some(f64::from(at));
+        }
+        planes
+    }
+
+    /// The octant that is the upper half. The lower half is octant 0.
+    fn upper_half(self) -> u32 {
+        1 << self.axis
+    }
 }
 
 /// Policy that chooses where cells are divided.
@@ -108,29 +126,33 @@ where
         let most_references = most_references(group.ids.len(), options);
         // If each division has to pay for itself, a leaf capacity would only stop divisions that pay.
         let leaf_capacity = if automatic && P::PAYS_BY_ITSELF { 1 } else { options.leaf_capacity };
-        let mut attempt = |most_depth: u32, words: &mut Words<'_>| {
-            Filing::write(group, &model, &mut lists, words, &root, |filing, list| {
-                let model = &model;
-                let division = PhantomData;
-                PlaneBuilder::<P> { filing, model, leaf_capacity, most_depth, division }.node(
-                    list,
-                    root,
-                    0,
-                    most_references,
-                )
-            })
-        };
-        let depth = if automatic && !P::PAYS_BY_ITSELF {
-            let most_level = most_depth / DIVISIONS_PER_LEVEL;
-            let mut at_level =
-                |level: u32, words: &mut Words<'_>| attempt(level * DIVISIONS_PER_LEVEL, words);
-            let budget = search_steps(group.ids.len(), P::LOOKS);
-            best_level(most_level, budget, words, &mut at_level)? * DIVISIONS_PER_LEVEL
+        let most_depth = if automatic && !P::PAYS_BY_ITSELF {
+            let search = LevelSearch {
+                group,
+                model,
+                leaf_capacity,
+                most_references,
+                most_depth: most_depth / DIVISIONS_PER_LEVEL * DIVISIONS_PER_LEVEL,
+                depths_per_level: DIVISIONS_PER_LEVEL,
+                looks: P::LOOKS,
+            };
+            let level = search.run(&mut lists, &root, words, |ids, cell, depth| {
+                Plane::planes(P::choose(group, ids, cell, depth, &model))
+            })?;
+            level * DIVISIONS_PER_LEVEL
         } else {
             most_depth
         };
-        attempt(depth, words)?;
-        Ok(())
+        Filing::write(group, &mut lists, words, |filing, list| {
+            let model = &model;
+            let division = PhantomData;
+            PlaneBuilder::<P> { filing, model, leaf_capacity, most_depth, division }.node(
+                list,
+                root,
+                0,
+                most_references,
+            )
+        })
     }
 
     fn traverse<Q: Query>(
@@ -190,11 +212,6 @@ where
     }
 }
 
-/// Number of the lower half, as a part of a cell.
-const LOWER: u32 = 0;
-/// Number of the upper half, as a part of a cell.
-const UPPER: u32 = 1;
-
 struct PlaneBuilder<'f, 'b, 'g, 's, 'w, P> {
     filing: &'f mut Filing<'b, 'g, 's, 'w>,
     model: &'f CostModel,
@@ -216,7 +233,7 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
             return Ok(EMPTY);
         }
         // 1. Choose a plane, unless a leaf is small enough or no level is left.
-        let node = self.filing.begin(list, &cell)?;
+        let node = self.filing.begin(list)?;
         let few = list.len() <= self.leaf_capacity as usize;
         let plane = if few || depth >= self.most_depth {
             None
@@ -231,8 +248,9 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
 
         // 2. Find the sides of each triangle, unless there would be too many references.
         let halves = cell.halves(plane.axis, f64::from(plane.at));
-        let sides = |triangle: &Triangle| sides_of(triangle, plane, &halves);
-        let Some(parts) = self.filing.mark(list, most_references, sides)? else {
+        let planes = Plane::planes(Some(plane));
+        let division = Division::new(&cell, &planes);
+        let Some(parts) = self.filing.mark(list, most_references, &division)? else {
             return Ok(self.filing.leaf(node));
         };
         // 3. Append the node, with links to be set later; then each half.
@@ -240,25 +258,13 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
         self.filing.words.push(plane.at.to_bits());
         let links = self.filing.words.push(EMPTY);
         self.filing.words.push(EMPTY);
-        for (side, half, link_offset) in [(LOWER, halves[0], links), (UPPER, halves[1], links + 1)]
+        for (side, half, link_offset) in
+            [(0, halves[0], links), (plane.upper_half(), halves[1], links + 1)]
         {
             let part = self.filing.gather(list, side);
-            let link = self.node(part, half, depth + 1, parts.share(part))?;
+            let link = self.node(part, half, depth + 1, parts.share(part.len()))?;
             self.filing.words.set(link_offset, link);
         }
         Ok(node.offset)
     }
-}
-
-/// Finds the sides of a plane on which a triangle is filed.
-fn sides_of(triangle: &Triangle, plane: Plane, halves: &[Cell; 2]) -> Placement {
-    let [lo, hi] = triangle.bounds().along(plane.axis);
-    let upper = hi > plane.at;
-    let lower = !upper || lo < plane.at;
-    if !(upper && lower) {
-        return Placement { mask: if upper { 1 << UPPER } else { 1 << LOWER }, steps: 1 };
-    }
-    let [below, above] = halves;
-    let reaches = |half: &Cell| u8::from(may_overlap(triangle, half.lo, half.hi));
-    Placement { mask: reaches(below) << LOWER | reaches(above) << UPPER, steps: 3 }
 }

@@ -5,7 +5,7 @@
 //! (SAH): the probability that a ray through a cell enters a part of it is the ratio of their surface areas. Binning:
 //! Wald 2007.
 
-use super::tree_cell::Cell;
+use super::filing::Cell;
 use crate::input::CostModel;
 use crate::structure::Group;
 

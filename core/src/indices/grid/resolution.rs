@@ -10,7 +10,7 @@ use core::ops::ControlFlow;
 
 use super::walk::walk;
 use super::{Grid, MOST_CELLS_ON_AXIS, UniformGrid, cell_count, triangles_of};
-use crate::cost::{Probe, ProbeRay, search_steps};
+use crate::cost::{Probe, ProbeRay, resolution_search_steps};
 use crate::error::BuildError;
 use crate::geometry::Aabb;
 use crate::input::{CostModel, Options, Resolution, SimdLevel};
@@ -150,7 +150,7 @@ pub(super) fn cheapest_cells(
     words: &mut Words<'_>,
 ) -> Result<[u32; 3], BuildError> {
     // The search counts its steps separately, and ends at its budget.
-    let mut budget = Words::limited(&mut [], search_steps(group.ids.len(), 0));
+    let mut budget = Words::limited(&mut [], resolution_search_steps(group.ids.len()));
     let cells = search(group, model, room, rays, &mut budget);
     words.spend(budget.steps())?;
     Ok(cells)

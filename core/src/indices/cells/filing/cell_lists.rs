@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! ids    | root's list | a child's list | a grandchild's list | ...     one list for each level on the way down
-//! parts  | for each of these triangles, one bit for each part of its cell that it lies in
+//! parts  | for each of these triangles, one bit for each part (octant) of its cell that it lies in
 //! leaf:  count | id id id ...
 //! ```
 //! - Only the lists on the way down are kept: a child's list is gathered behind its parent's, and the next child's list
@@ -23,16 +23,14 @@
 //! Cost: a level files at most `n * allowance` references, each in at most nine steps and those of choosing planes. A
 //! tree of `d` levels takes at most `n * allowance * d` times that many.
 
-use super::tree_cell::Cell;
-use crate::cost::Estimate;
+use super::octants::Division;
 use crate::error::BuildError;
-use crate::geometry::Triangle;
-use crate::input::{CostModel, Level, Options};
+use crate::input::{Level, Options};
 use crate::memory::{Arena, Words, put, size_of_slice};
 use crate::structure::Group;
 
 /// The bit of a link that leads to a leaf.
-pub(super) const LEAF: u32 = 1 << 31;
+pub const LEAF: u32 = 1 << 31;
 /// Links have 31 bits.
 const MOST_WORDS: usize = 1 << 31;
 
@@ -50,7 +48,7 @@ const ALLOWANCE: u64 = 16;
 const ALLOWANCE_OF_GIVEN_LEVEL: u64 = 4096;
 
 /// The largest number of references that a tree of `triangle_count` triangles may have.
-pub(super) fn most_references(triangle_count: usize, options: &Options) -> u64 {
+pub fn most_references(triangle_count: usize, options: &Options) -> u64 {
     let allowance = match options.level {
         Level::Automatic => ALLOWANCE,
         Level::AtMost(_) => ALLOWANCE_OF_GIVEN_LEVEL,
@@ -59,7 +57,7 @@ pub(super) fn most_references(triangle_count: usize, options: &Options) -> u64 {
 }
 
 /// Memory for the lists of the root and of `levels` levels below; no list is longer than the one above.
-pub(super) struct Lists<'s> {
+pub struct Lists<'s> {
     ids: &'s mut [u32],
     parts: &'s mut [u8],
 }
@@ -83,16 +81,27 @@ impl<'s> Lists<'s> {
         let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
         let ids = arena.take::<u32>(entries).ok_or(full)?;
         let parts = arena.take::<u8>(entries).ok_or(full)?;
-        for (slot, &id) in ids.iter_mut().zip(group.ids) {
+        let mut lists = Self { ids, parts };
+        lists.fill_root(group);
+        Ok(lists)
+    }
+
+    /// Fills the root's list with the whole group.
+    pub fn fill_root(&mut self, group: &Group<'_>) {
+        for (slot, &id) in self.ids.iter_mut().zip(group.ids) {
             *slot = id;
         }
-        Ok(Self { ids, parts })
+    }
+
+    /// The memory, to be used otherwise until the root's list is filled again: for ids, and for a mask of each.
+    pub fn memory(&mut self) -> (&mut [u32], &mut [u8]) {
+        (self.ids, self.parts)
     }
 }
 
 /// Triangles of a cell: a run of the lists.
 #[derive(Clone, Copy)]
-pub(super) struct List {
+pub struct List {
     from: usize,
     to: usize,
 }
@@ -107,18 +116,9 @@ impl List {
     }
 }
 
-/// Parts of a cell that a triangle lies in.
-#[derive(Clone, Copy)]
-pub(super) struct Placement {
-    /// One bit for each part.
-    pub mask: u8,
-    /// Steps that finding the parts took: a look at the triangle, and one for each box it was compared with.
-    pub steps: u32,
-}
-
 /// References in the parts of a cell, and how many there may be below them.
 #[derive(Clone, Copy)]
-pub(super) struct Parts {
+pub struct Parts {
     /// The parts in which a triangle is filed, one bit each.
     pub mask: u8,
     /// The number of references in all parts together.
@@ -128,54 +128,84 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// The number of references that the subtree of a part may have: in proportion to the triangles filed in the part,
-    /// and at least as many.
-    pub fn share(&self, part: List) -> u64 {
-        let product = u128::from(self.most_references) * part.len() as u128;
+    /// Finds for each triangle of a node the octants it lies in, and the number of steps that takes. `None` if the parts
+    /// would have more references than the node may have, so that the node is not to be divided.
+    pub fn mark(
+        group: &Group<'_>,
+        ids: &[u32],
+        masks: &mut [u8],
+        most_references: u64,
+        division: &Division<'_>,
+    ) -> (Option<Self>, u64) {
+        let mut mask = 0;
+        let mut steps = 0;
+        // Each triangle lies in at least one part, so there are at least as many references as triangles.
+        let mut references = ids.len() as u64;
+        for (&id, slot) in ids.iter().zip(masks) {
+            if references > most_references {
+                break;
+            }
+            let Some(triangle) = group.triangles.get(id) else { continue };
+            let found = division.place(&triangle);
+            steps += u64::from(found.steps);
+            mask |= found.mask;
+            references += u64::from(found.mask.count_ones()).saturating_sub(1);
+            *slot = found.mask;
+        }
+        let parts = Self { mask, references, most_references };
+        ((references <= most_references).then_some(parts), steps)
+    }
+
+    /// The number of references that the subtree of a part with `count` triangles may have: in proportion to them, and
+    /// at least as many.
+    pub fn share(&self, count: usize) -> u64 {
+        let product = u128::from(self.most_references) * count as u128;
         product.checked_div(u128::from(self.references)).unwrap_or(0) as u64
     }
 }
 
+/// Copies the ids of the triangles that lie in a part to the front of `to`, and returns their number.
+pub fn gather(ids: &[u32], masks: &[u8], part: u32, to: &mut [u32]) -> usize {
+    let mut count = 0;
+    for (&id, &mask) in ids.iter().zip(masks) {
+        // The next id overwrites one that is not in the part.
+        put(to, count, id);
+        count += usize::from(mask >> part & 1);
+    }
+    count
+}
+
 /// Node that is about to be written.
 #[derive(Clone, Copy)]
-pub(super) struct OpenNode {
+pub struct OpenNode {
     pub list: List,
     /// The offset of the node from the group's first word.
     pub offset: u32,
-    /// The probability that a ray through the group enters the node (surface-area heuristic).
-    probability: f64,
 }
 
 /// State of a build, or of a dry run.
-pub(super) struct Filing<'b, 'g, 's, 'w> {
+pub struct Filing<'b, 'g, 's, 'w> {
     pub group: &'b Group<'g>,
     pub words: &'b mut Words<'w>,
     lists: &'b mut Lists<'s>,
-    root_half_area: f64,
-    estimate: Estimate,
     /// The offset of the group's first word, from which links count.
     start: usize,
 }
 
 impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
-    /// Writes a tree, and returns its estimated cost. `root` appends the root's node, with the list of the whole group,
-    /// and returns the link to it.
+    /// Writes a tree. `root` appends the root's node, with the list of the whole group, and returns the link to it.
     pub fn write(
         group: &'b Group<'g>,
-        model: &CostModel,
         lists: &'b mut Lists<'s>,
         words: &'b mut Words<'w>,
-        root_cell: &Cell,
         root: impl FnOnce(&mut Self, List) -> Result<u32, BuildError>,
-    ) -> Result<f64, BuildError> {
+    ) -> Result<(), BuildError> {
         let start = words.len();
         let link_offset = words.push(0);
-        let root_half_area = root_cell.half_area_within(&group.bounds);
-        let estimate = Estimate::new(model);
-        let mut filing = Self { group, words, lists, root_half_area, estimate, start };
+        let mut filing = Self { group, words, lists, start };
         let link = root(&mut filing, List { from: 0, to: group.ids.len() })?;
         filing.words.set(link_offset, link);
-        Ok(filing.estimate.total())
+        Ok(())
     }
 
     /// The ids of a list's triangles.
@@ -183,31 +213,24 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         self.lists.ids.get(list.from..list.to).unwrap_or(&[])
     }
 
-    /// Begins the node of a cell, and adds it to the estimated cost.
-    pub fn begin(&mut self, list: List, cell: &Cell) -> Result<OpenNode, BuildError> {
+    /// Begins the node of a list.
+    pub fn begin(&mut self, list: List) -> Result<OpenNode, BuildError> {
         let offset = self.words.len() - self.start;
-        if offset.saturating_add(list.to - list.from) >= MOST_WORDS {
+        if offset.saturating_add(list.len()) >= MOST_WORDS {
             return Err(BuildError::TooLarge);
         }
-        let half_area = cell.half_area_within(&self.group.bounds);
-        // A group on a line has no surface area; a ray that meets the group meets all of it.
-        let probability =
-            if self.root_half_area > 0.0 { half_area / self.root_half_area } else { 1.0 };
-        self.estimate.add_node(probability);
-        Ok(OpenNode { list, offset: offset as u32, probability })
+        Ok(OpenNode { list, offset: offset as u32 })
     }
 
     /// Makes the node a leaf, and returns the link to it.
     pub fn leaf(&mut self, node: OpenNode) -> u32 {
         let ids = self.lists.ids.get(node.list.from..node.list.to).unwrap_or(&[]);
-        self.estimate.add_tests(node.probability, ids.len());
         self.words.push(ids.len() as u32);
         self.words.extend(ids);
         node.offset | LEAF
     }
 
-    /// Marks for each triangle of a list which parts of the cell it lies in. `None` if the parts would have more
-    /// references than the node may have, so that the node is not to be divided.
+    /// Marks for each triangle of a list which octants it lies in; see [`Parts::mark`].
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`].
@@ -215,37 +238,21 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         &mut self,
         list: List,
         most_references: u64,
-        mut parts_of: impl FnMut(&Triangle) -> Placement,
+        division: &Division<'_>,
     ) -> Result<Option<Parts>, BuildError> {
-        let mut mask = 0;
-        // Each triangle lies in at least one part, so there are at least as many references as triangles.
-        let mut references = list.len() as u64;
-        for at in list.from..list.to {
-            if references > most_references {
-                return Ok(None);
-            }
-            let id = self.lists.ids.get(at).copied().unwrap_or(0);
-            let Some(triangle) = self.group.triangles.get(id) else { continue };
-            let found = parts_of(&triangle);
-            self.words.spend(u64::from(found.steps))?;
-            mask |= found.mask;
-            references += u64::from(found.mask.count_ones()).saturating_sub(1);
-            put(self.lists.parts, at, found.mask);
-        }
-        let parts = Parts { mask, references, most_references };
-        Ok((references <= most_references).then_some(parts))
+        let Lists { ids, parts } = &mut *self.lists;
+        let ids = ids.get(list.from..list.to).unwrap_or(&[]);
+        let masks = parts.get_mut(list.from..list.to).unwrap_or_default();
+        let (parts, steps) = Parts::mark(self.group, ids, masks, most_references, division);
+        self.words.spend(steps)?;
+        Ok(parts)
     }
 
-    /// Gathers the triangles of one part into a list behind `list`.
-    pub fn gather(&mut self, list: List, part: u32) -> List {
-        let mut end = list.to;
-        for at in list.from..list.to {
-            let inside = self.lists.parts.get(at).is_some_and(|parts| parts >> part & 1 == 1);
-            if inside && let Some(&id) = self.lists.ids.get(at) {
-                put(self.lists.ids, end, id);
-                end += 1;
-            }
-        }
-        List { from: list.to, to: end }
+    /// Gathers the triangles of one octant into a list behind `list`.
+    pub fn gather(&mut self, list: List, octant: u32) -> List {
+        let (above, below) = self.lists.ids.split_at_mut_checked(list.to).unwrap_or_default();
+        let ids = above.get(list.from..).unwrap_or(&[]);
+        let masks = self.lists.parts.get(list.from..list.to).unwrap_or(&[]);
+        List { from: list.to, to: list.to + gather(ids, masks, octant, below) }
     }
 }

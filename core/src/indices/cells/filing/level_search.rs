@@ -1,0 +1,273 @@
+//! Search for the level at which a tree of cells stops getting cheaper, level by level.
+//!
+//! ```text
+//! level 0            A                 cost(0) = A as a leaf
+//!               /    |    \
+//! level 1      B     C     D           cost(1) = A + B, C, D as leaves
+//!             / \         / \
+//! level 2    E   F       G   H         cost(2) = A + B, C, D + tests in C + E, F, G, H as leaves
+//! ```
+//! No division depends on what is below it. So a tree that ends at a level is the deeper tree without the nodes below
+//! that level, and its cost follows from the sums over the nodes of each level. The search divides each node once.
+//!
+//! Only the nodes that are divided further are kept, those of one level and what is done of the next, in the memory of
+//! the lists:
+//!
+//! ```text
+//! | next level: node node ... ->      | free |      this level: (taken) node node |
+//! node: count | lower and upper corner of the cell | references allowed | id id id ...
+//! ```
+//! The search ends where the [rule](BestLevel) says so, where its budget of steps is used up, or where the nodes of a
+//! level do not fit the memory. It then takes the best of the levels that are complete.
+//!
+//! # What lost
+//! - The whole tree anew for each level, from level 0 on: three to five times the steps. Its budget of steps ended too
+//!   early in a district, where BSP trees and octrees-R now go deeper.
+//! - One dry run of the deepest tree, which adds up the costs of all levels, with a share of the budget for each: as fast
+//!   where trees end by themselves. But where triangles lie in one place, it divides levels that do not matter, and takes
+//!   up to three times the steps.
+
+use super::cell_lists::{Lists, Parts, gather};
+use super::octants::{Division, Planes};
+use super::tree_cell::Cell;
+use crate::cost::{BestLevel, level_search_steps};
+use crate::error::BuildError;
+use crate::input::CostModel;
+use crate::memory::{Words, put};
+use crate::structure::Group;
+
+/// Tree whose level is to be found.
+pub struct LevelSearch<'s> {
+    pub group: &'s Group<'s>,
+    pub model: CostModel,
+    /// The largest number of triangles in a node that is not divided.
+    pub leaf_capacity: u32,
+    /// The largest number of references in the tree.
+    pub most_references: u64,
+    pub most_depth: u32,
+    pub depths_per_level: u32,
+    /// The number of looks at each triangle that choosing planes takes.
+    pub looks: u64,
+}
+
+/// Costs of the nodes of one depth.
+#[derive(Default)]
+struct DepthCosts {
+    /// The cost of entering the nodes.
+    nodes: f64,
+    /// The cost of the tests, if all nodes are leaves.
+    tests: f64,
+    /// The cost of the tests in the nodes that are leaves in any case.
+    leaf_tests: f64,
+}
+
+impl LevelSearch<'_> {
+    /// Finds the level. `choose` chooses the planes that divide a cell of some triangles at a depth; all `None` for a
+    /// leaf. The lists hold the root's list, before and after.
+    ///
+    /// # Errors
+    /// [`BuildError::TooMuchWork`] if `words` allow fewer steps than the search takes.
+    pub fn run(
+        &self,
+        lists: &mut Lists<'_>,
+        root: &Cell,
+        words: &mut Words<'_>,
+        choose: impl Fn(&[u32], &Cell, u32) -> Planes,
+    ) -> Result<u32, BuildError> {
+        let (memory, masks) = lists.memory();
+        let found = self.search(memory, masks, root, words, choose);
+        lists.fill_root(self.group);
+        found
+    }
+
+    fn search(
+        &self,
+        memory: &mut [u32],
+        masks: &mut [u8],
+        root: &Cell,
+        words: &mut Words<'_>,
+        choose: impl Fn(&[u32], &Cell, u32) -> Planes,
+    ) -> Result<u32, BuildError> {
+        let mut best = BestLevel::new();
+        let mut budget = level_search_steps(self.group.ids.len(), self.looks);
+        let mut nodes = Nodes::of_root(memory, self.group.ids, root, self.most_references);
+        let mut costs = DepthCosts::default();
+        let mut is_divided = self.add(&mut costs, root, root, self.group.ids.len());
+        let mut above = 0.0;
+        for depth in 0..=self.most_depth {
+            // 1. All nodes of the depth are known. If the depth begins a level, so is the level's cost.
+            let reached = above + costs.nodes;
+            if depth.is_multiple_of(self.depths_per_level) {
+                let level = depth.checked_div(self.depths_per_level).unwrap_or(depth);
+                // Without nodes to divide, deeper levels are the same tree.
+                if !best.add(level, reached + costs.tests) || !is_divided {
+                    break;
+                }
+            }
+            if depth == self.most_depth {
+                break;
+            }
+            // 2. Divide the nodes that are not leaves.
+            let mut below = DepthCosts::default();
+            is_divided = false;
+            while let Some(node) = nodes.first() {
+                let ids = nodes.ids(&node);
+                let masks = masks.get_mut(..ids.len()).unwrap_or_default();
+                let planes = choose(ids, &node.cell, depth);
+                let (parts, steps) = if planes == [None; 3] {
+                    (None, 0)
+                } else {
+                    let division = Division::new(&node.cell, &planes);
+                    Parts::mark(self.group, ids, masks, node.most_references, &division)
+                };
+                let steps = steps + self.looks * ids.len() as u64;
+                words.spend(steps)?;
+                let Some(left) = budget.checked_sub(steps) else { return Ok(best.level()) };
+                budget = left;
+                let Some(parts) = parts else {
+                    let probability = self.probability(root, &node.cell);
+                    costs.leaf_tests += self.model.intersection * probability * ids.len() as f64;
+                    nodes.leave(&node);
+                    continue;
+                };
+                // 3. Add the children, and keep those that are divided in turn.
+                for octant in (0..8).filter(|octant| parts.mask >> octant & 1 == 1) {
+                    let child = node.cell.child(&planes, octant);
+                    let count = masks.iter().filter(|&mask| mask >> octant & 1 == 1).count();
+                    if self.add(&mut below, root, &child, count) {
+                        let child =
+                            Node { at: 0, count, cell: child, most_references: parts.share(count) };
+                        if !nodes.push(&child, &node, masks, octant) {
+                            return Ok(best.level());
+                        }
+                        is_divided = true;
+                    }
+                }
+                nodes.leave(&node);
+            }
+            nodes.descend();
+            above = reached + costs.leaf_tests;
+            costs = below;
+        }
+        Ok(best.level())
+    }
+
+    /// Adds a node with `count` triangles to the costs of its depth. Tells whether it is to be divided.
+    fn add(&self, costs: &mut DepthCosts, root: &Cell, cell: &Cell, count: usize) -> bool {
+        let probability = self.probability(root, cell);
+        let tests = self.model.intersection * probability * count as f64;
+        let is_divided = count > self.leaf_capacity as usize;
+        costs.nodes += self.model.traversal * probability;
+        costs.tests += tests;
+        costs.leaf_tests += if is_divided { 0.0 } else { tests };
+        is_divided
+    }
+
+    /// The probability that a ray through the group enters a cell (surface-area heuristic).
+    fn probability(&self, root: &Cell, cell: &Cell) -> f64 {
+        let bounds = &self.group.bounds;
+        let (part, whole) = (cell.half_area_within(bounds), root.half_area_within(bounds));
+        // A group on a line has no surface area; a ray that meets the group meets all of it.
+        if whole > 0.0 { part / whole } else { 1.0 }
+    }
+}
+
+/// Node that is to be divided.
+struct Node {
+    /// Where the node is in the memory.
+    at: usize,
+    count: usize,
+    cell: Cell,
+    /// The largest number of references in its subtree.
+    most_references: u64,
+}
+
+/// Words of a node in front of its ids.
+const HEAD: usize = 9;
+
+/// Nodes of one depth that are still to be divided, and those of the next.
+struct Nodes<'l> {
+    memory: &'l mut [u32],
+    /// The end of the nodes of the next depth, which begin in front.
+    next: usize,
+    /// The first node of this depth; they end at the end.
+    this: usize,
+}
+
+impl<'l> Nodes<'l> {
+    /// The root alone; nothing if it does not fit.
+    fn of_root(memory: &'l mut [u32], ids: &[u32], cell: &Cell, most_references: u64) -> Self {
+        let mut nodes = Self { next: 0, this: memory.len(), memory };
+        let root = Node { at: 0, count: ids.len(), cell: *cell, most_references };
+        let at = nodes.this.saturating_sub(HEAD + ids.len());
+        if let Some(room) = nodes.memory.get_mut(at..)
+            && let Some(room) = room.get_mut(..HEAD + ids.len())
+        {
+            nodes.this = at;
+            root.write_head(room);
+            for (slot, &id) in room.iter_mut().skip(HEAD).zip(ids) {
+                *slot = id;
+            }
+        }
+        nodes
+    }
+
+    /// The first node of this depth that is left.
+    fn first(&self) -> Option<Node> {
+        let head = self.memory.get(self.this..)?.first_chunk::<HEAD>()?;
+        let &[count, x0, y0, z0, x1, y1, z1, low, high] = head;
+        let side = |bits: u32| f64::from(f32::from_bits(bits));
+        Some(Node {
+            at: self.this,
+            count: count as usize,
+            cell: Cell { lo: [x0, y0, z0].map(side), hi: [x1, y1, z1].map(side) },
+            most_references: u64::from(high) << 32 | u64::from(low),
+        })
+    }
+
+    /// The ids of a node of this depth.
+    fn ids(&self, node: &Node) -> &[u32] {
+        let from = node.at + HEAD;
+        self.memory.get(from..from + node.count).unwrap_or(&[])
+    }
+
+    /// Leaves the first node of this depth behind; its memory is free.
+    fn leave(&mut self, node: &Node) {
+        self.this = node.at + HEAD + node.count;
+    }
+
+    /// Keeps a child of the first node of this depth, with the ids that are in `octant`. Tells whether there is room.
+    fn push(&mut self, child: &Node, parent: &Node, masks: &[u8], octant: u32) -> bool {
+        let Some((free, taken)) = self.memory.split_at_mut_checked(parent.at) else { return false };
+        let ids = taken.get(HEAD..HEAD + parent.count).unwrap_or(&[]);
+        let end = self.next + HEAD + child.count;
+        let Some(room) = free.get_mut(self.next..end) else { return false };
+        self.next = end;
+        child.write_head(room);
+        gather(ids, masks, octant, room.get_mut(HEAD..).unwrap_or_default());
+        true
+    }
+
+    /// Goes on to the nodes of the next depth: moves them to the end of the memory.
+    fn descend(&mut self) {
+        let moved_by = self.memory.len().saturating_sub(self.next);
+        for at in (0..self.next).rev() {
+            let word = self.memory.get(at).copied().unwrap_or(0);
+            put(self.memory, at + moved_by, word);
+        }
+        (self.this, self.next) = (moved_by, 0);
+    }
+}
+
+impl Node {
+    fn write_head(&self, room: &mut [u32]) {
+        let Cell { lo: [x0, y0, z0], hi: [x1, y1, z1] } = self.cell;
+        // The sides are numbers that `f32` holds.
+        let [x0, y0, z0, x1, y1, z1] = [x0, y0, z0, x1, y1, z1].map(|side| (side as f32).to_bits());
+        let (low, high) = (self.most_references as u32, (self.most_references >> 32) as u32);
+        let head = [self.count as u32, x0, y0, z0, x1, y1, z1, low, high];
+        for (slot, word) in room.iter_mut().zip(head) {
+            *slot = word;
+        }
+    }
+}
