@@ -109,7 +109,9 @@ pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
 #[cfg(feature = "alloc")]
 pub use index::OwnedIndex;
-pub use index::{AnyIndex, Capacity, Index, IndexKind, RayIndex, Storage, Stored, select};
+pub use index::{
+    AnyIndex, BATCH_SCRATCH, Capacity, Index, IndexKind, RayIndex, Storage, Stored, select,
+};
 pub use input::{
     BvhBuild, CostModel, Executor, Float64, Level, Mesh, MeshError, Options, Resolution, Scene,
     Sequential, SimdLevel,
@@ -154,7 +156,7 @@ pub mod custom {
     pub use crate::cost::Weights;
     pub use crate::geometry::{AxisCrossing, RaySpan, Span, kernel, may_overlap};
     pub use crate::memory::{ALIGNMENT, Words};
-    pub use crate::query::Query;
+    pub use crate::query::{BatchQuery, Query};
     pub use crate::structure::{
         Described, DividedScene, Group, Local, LocalIndex, Sections, Structure,
     };

@@ -127,6 +127,19 @@ pub(crate) struct Candidates {
     pub sure: u32,
 }
 
+// For the wavefront, which other targets have not.
+#[cfg_attr(not(all(target_arch = "x86_64", target_feature = "sse2")), allow(dead_code))]
+impl Candidates {
+    /// No triangle.
+    pub const NONE: Self = Self { any: 0, sure: 0 };
+
+    /// Those of the triangles that are in `lanes`.
+    #[inline(always)]
+    pub fn within(self, lanes: u32) -> Self {
+        Self { any: self.any & lanes, sure: self.sure & lanes }
+    }
+}
+
 /// The largest component of each triangle's edges at corner a.
 #[inline(always)]
 pub(crate) fn longest_edges<N: Numbers>([a, b, c]: [Points<N>; 3]) -> N {

@@ -22,13 +22,15 @@
 //! # Source
 //! T. Ize, *Robust BVH Ray Traversal*, 2013, for the scaled factors.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use super::Ray;
 
 /// Ray prepared for lanes. Vectors have three components and a fourth, which is 0 in the first two vectors, because
 /// four are read and written at once.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct LaneRay {
     pub origin: [f32; 4],
     pub direction: [f32; 4],
@@ -87,7 +89,14 @@ impl LaneRay {
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn of(ray: &Ray, largest_coordinate: f32) -> Option<(Self, bool)> {
-        let (origin, direction) = (ray.origin().extend(0.0), ray.direction().extend(0.0));
+        // Four numbers in one read, of which the last is not part of the vector.
+        let &[ox, oy, oz, dx, dy, dz, t_min, _]: &[f32; 8] = bytemuck::must_cast_ref(ray);
+        let _ = t_min;
+        let vector = |numbers: [f32; 4]| -> Vec4 {
+            let bits: [u32; 4] = bytemuck::must_cast(numbers);
+            bytemuck::must_cast([bits[0], bits[1], bits[2], 0])
+        };
+        let (origin, direction) = (vector([ox, oy, oz, dx]), vector([dx, dy, dz, t_min]));
         let sizes = direction.abs();
         let large_enough = sizes.cmpge(Vec4::splat(LEAST_DIRECTION)).bitmask();
         let small_enough = sizes.cmple(Vec4::splat(MOST_DIRECTION))

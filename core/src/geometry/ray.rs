@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use bytemuck::NoUninit;
 use glam::Vec3;
 
 /// Ray: the points `origin + t * direction` with `t_min <= t <= t_max`.
@@ -10,7 +11,7 @@ use glam::Vec3;
 /// origin, finite and non-zero direction, no NaN, a non-empty interval, and no negative zero.
 ///
 /// Layout: 32 bytes, aligned to 4: origin, direction, `t_min`, `t_max`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, NoUninit)]
 #[repr(C)]
 pub struct Ray {
     origin: Vec3,

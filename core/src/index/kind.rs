@@ -193,9 +193,21 @@ impl<'a> AnyIndex<'a> {
         self.as_ray_index().closest_hits(rays, hits);
     }
 
+    /// Finds the closest hit of each ray, in memory of the caller; see
+    /// [`Index::closest_hits_in`](crate::Index::closest_hits_in).
+    pub fn closest_hits_in(&self, rays: &[Ray], hits: &mut [Hit], scratch: &mut [u8]) {
+        self.as_ray_index().closest_hits_in(rays, hits, scratch);
+    }
+
     /// Tells for each ray whether any triangle is hit; see [`Index::occluded_each`](crate::Index::occluded_each).
     pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
         self.as_ray_index().occluded_each(rays, occluded);
+    }
+
+    /// Tells for each ray whether any triangle is hit, in memory of the caller; see
+    /// [`Index::occluded_each_in`](crate::Index::occluded_each_in).
+    pub fn occluded_each_in(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut [u8]) {
+        self.as_ray_index().occluded_each_in(rays, occluded, scratch);
     }
 
     /// Finds all hits, sorted by `(t, id)`; see [`Index::all_hits`](crate::Index::all_hits).

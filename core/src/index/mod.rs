@@ -15,6 +15,7 @@ mod description;
 mod kind;
 #[cfg(feature = "alloc")]
 mod owned;
+mod queries;
 mod ray_index;
 mod registry;
 pub mod select;
@@ -26,16 +27,15 @@ pub use capacity::Capacity;
 pub(crate) use capacity::scratch_with;
 #[cfg(feature = "alloc")]
 pub use owned::OwnedIndex;
+pub use queries::BATCH_SCRATCH;
 pub use ray_index::RayIndex;
 pub use registry::{AnyIndex, IndexKind};
 pub use stored::{Storage, Stored};
 
 use crate::cluster::{self, ClusterNode, ClusterTree, NodeId};
 use crate::error::{BuildError, OpenError};
-use crate::geometry::Ray;
 use crate::input::{Executor, Mesh, Options, Scene, Sequential, SimdLevel};
-use crate::memory::{Arena, Words, put};
-use crate::query::{All, AllHits, Closest, Count, Counters, Hit, Occluded, Query};
+use crate::memory::{Arena, Words};
 use crate::structure::sections::{Layout, MESH_BESIDE, Sections, encode_header};
 use crate::structure::{Described, DividedScene, Representation, Statistics, Structure};
 
@@ -306,93 +306,5 @@ impl<'a, R: Representation> Index<'a, R> {
     /// The number of clusters; 1 for a representation without clusters, 0 for an empty scene.
     pub fn cluster_count(&self) -> u32 {
         self.sections.cluster_count()
-    }
-
-    fn run<Q: Query>(&self, query: &mut Q) {
-        R::Structure::traverse(&self.sections, self.simd_level, query);
-    }
-
-    fn closest<C: Count>(&self, ray: &Ray, count: C) -> Option<Hit> {
-        let mut query = Closest::new(ray, count);
-        self.run(&mut query);
-        query.finish()
-    }
-
-    fn any<C: Count>(&self, ray: &Ray, count: C) -> bool {
-        let mut query = Occluded::new(ray, count);
-        self.run(&mut query);
-        query.found
-    }
-}
-
-/// Queries. None fails, and none allocates. The answers are exact, and the same bits for every kind of index.
-impl<'a, R: Representation> Index<'a, R> {
-    /// The bytes of the index: what to write to a file, and to open with [`Index::from_bytes`].
-    pub fn as_bytes(&self) -> &'a [u8] {
-        self.sections.bytes()
-    }
-
-    /// Finds the closest hit in `t_min..=t_max`. Of several at the same `t`, it is the triangle with the lowest id.
-    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.closest(ray, ())
-    }
-
-    /// Tells whether any triangle is hit in `t_min..=t_max`: an any-hit query, which ends at the first hit. For shadow
-    /// rays.
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        self.any(ray, ())
-    }
-
-    /// Finds the closest hit of each ray, or [`Hit::NONE`]: the same bits as [`Index::closest_hit`].
-    ///
-    /// This is the faster way to trace many rays. Rays and hits beyond the shorter of both slices are ignored.
-    ///
-    /// On targets with vector registers, the wide, compact and lean BVH traverse four rays in turn, whose state takes
-    /// some 13 KiB of the stack; single rays take less. For other targets see [`IndexKind`](crate::IndexKind#stack).
-    pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
-        let start = |index: usize| rays.get(index).map(|ray| Closest::new(ray, ()));
-        let count = rays.len().min(hits.len());
-        R::Structure::traverse_each(
-            &self.sections,
-            self.simd_level,
-            count,
-            start,
-            |index, query| {
-                put(hits, index, query.finish().unwrap_or(Hit::NONE));
-            },
-        );
-    }
-
-    /// Tells for each ray whether any triangle is hit, as [`Index::occluded`] does; a batch as in
-    /// [`Index::closest_hits`].
-    pub fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
-        let start = |index: usize| rays.get(index).map(|ray| Occluded::new(ray, ()));
-        let count = rays.len().min(occluded.len());
-        R::Structure::traverse_each(
-            &self.sections,
-            self.simd_level,
-            count,
-            start,
-            |index, query| {
-                put(occluded, index, query.found);
-            },
-        );
-    }
-
-    /// Finds all hits, sorted by `(t, id)`. If `buffer` is too short, it gets the closest ones.
-    pub fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
-        let mut query = All::new(ray, buffer, ());
-        self.run(&mut query);
-        query.finish()
-    }
-
-    /// Finds the closest hit, as [`Index::closest_hit`] does, and adds the work to `counters`.
-    pub fn closest_hit_counted(&self, ray: &Ray, counters: &mut Counters) -> Option<Hit> {
-        self.closest(ray, counters)
-    }
-
-    /// Tells whether any triangle is hit, as [`Index::occluded`] does, and adds the work to `counters`.
-    pub fn occluded_counted(&self, ray: &Ray, counters: &mut Counters) -> bool {
-        self.any(ray, counters)
     }
 }

@@ -21,8 +21,16 @@ pub trait RayIndex: Sealed {
     /// Finds the closest hit of each ray; see [`Index::closest_hits`](crate::Index::closest_hits).
     fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]);
 
+    /// Finds the closest hit of each ray, in memory of the caller; see
+    /// [`Index::closest_hits_in`](crate::Index::closest_hits_in).
+    fn closest_hits_in(&self, rays: &[Ray], hits: &mut [Hit], scratch: &mut [u8]);
+
     /// Tells for each ray whether any triangle is hit; see [`Index::occluded_each`](crate::Index::occluded_each).
     fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]);
+
+    /// Tells for each ray whether any triangle is hit, in memory of the caller; see
+    /// [`Index::occluded_each_in`](crate::Index::occluded_each_in).
+    fn occluded_each_in(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut [u8]);
 
     /// Finds all hits, sorted by `(t, id)`; see [`Index::all_hits`](crate::Index::all_hits).
     fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h>;
@@ -59,8 +67,16 @@ macro_rules! forward {
                 <$index>::closest_hits(self, rays, hits);
             }
 
+            fn closest_hits_in(&self, rays: &[Ray], hits: &mut [Hit], scratch: &mut [u8]) {
+                <$index>::closest_hits_in(self, rays, hits, scratch);
+            }
+
             fn occluded_each(&self, rays: &[Ray], occluded: &mut [bool]) {
                 <$index>::occluded_each(self, rays, occluded);
+            }
+
+            fn occluded_each_in(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut [u8]) {
+                <$index>::occluded_each_in(self, rays, occluded, scratch);
             }
 
             fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {

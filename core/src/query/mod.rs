@@ -4,12 +4,14 @@
 //! triangle exactly, and says up to which `t` hits still matter. The answer does not depend on which further triangles
 //! are shown, nor on their order: of hits at the same `t`, the one with the lowest id wins.
 
+mod batch;
 mod counters;
 
 use core::ops::ControlFlow;
 
 use bytemuck::{Pod, Zeroable};
 
+pub use batch::BatchQuery;
 pub use counters::{Count, Counters};
 
 use crate::geometry::kernel::{self, Intersection, Meeting, Verdict, Volumes, meet, meet_exactly};
@@ -26,7 +28,7 @@ pub struct TriangleId(pub u32);
 /// Hit of a ray: the triangle, the parameter along the ray, and the barycentric weights.
 ///
 /// Layout: 16 bytes, aligned to 4, in the order of the fields.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Hit {
     /// The triangle. Of several hit at the same `t`, the one with the lowest id.

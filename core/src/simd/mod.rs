@@ -9,6 +9,8 @@
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) mod avx2;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+mod avx2_judge;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod avx2_leaf;
 mod candidates;
 mod lanes;
@@ -17,6 +19,8 @@ pub(crate) mod portable;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) use avx2::{Avx2, Avx2 as Fastest};
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub(crate) use avx2_judge::{Quad, judge_four};
 pub(crate) use candidates::{decide_each, last_t};
 pub(crate) use lanes::{
     FAR, LANES, LEAF_ROWS, Lanes, LeafRows, NODE_ROWS, Node, PreparedRay, Row, key,

@@ -21,7 +21,7 @@ use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span};
 use crate::input::{CostModel, Executor, Options, SimdLevel};
 use crate::memory::Words;
-use crate::query::Query;
+use crate::query::{BatchQuery, Hit, Query};
 use sections::WORDS_HOLD_TRIANGLES;
 
 /// Description of an index: names, format number, costs and weights.
@@ -115,19 +115,20 @@ pub trait Structure: Described {
     fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q);
 
     /// Answers `count` queries, in any order. `start` makes the query of an index, and `finish` receives it when it is
-    /// answered.
+    /// answered. `scratch` may have any length and alignment, and its contents do not matter.
     #[inline]
-    fn traverse_each<Q: Query>(
+    fn traverse_each<Q: BatchQuery>(
         sections: &Sections<'_>,
         simd_level: SimdLevel,
+        _scratch: &mut [u8],
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
-        mut finish: impl FnMut(usize, &Q),
+        mut finish: impl FnMut(usize, Hit),
     ) {
         for index in 0..count {
             let Some(mut query) = start(index) else { return };
             Self::traverse(sections, simd_level, &mut query);
-            finish(index, &query);
+            finish(index, query.answer());
         }
     }
 

@@ -10,6 +10,7 @@
 //! ```text
 //! triangles --build: binned SAH, collapsed to eight--> subtrees --full | quantised: emit--> words
 //! query --dispatch: instruction set--> traversal --tree: contract--> full | quantised: reader --simd--> query
+//! batch --dispatch: instruction set--> wavefront --tree: contract--> full | quantised: reader --simd--> query
 //! ```
 //!
 //! # Unsafe
@@ -18,7 +19,7 @@
 //!
 //! | module | calls | gain, instructions of a query |
 //! |---|---|---|
-//! | `dispatch` | the traversal, compiled for AVX2 or AVX-512 | the calls of the other modules are inlined into it |
+//! | `dispatch` | the traversal and the wavefront, compiled for AVX2 or AVX-512 | the calls of the other modules are inlined into them |
 //! | [`simd`](crate::simd) | eight boxes, eight triangles, one triangle in `f64` | about a third of the time |
 //! | `quantised/avx2` | unpacking of boxes and of triangles | |
 
@@ -32,11 +33,19 @@ mod quantised;
 mod rows;
 mod traversal;
 mod tree;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+mod wavefront;
 
 pub use full::WideBvh;
 pub use quantised::{CompactBvh, LeanBvh};
 
 use crate::input::Options;
+
+/// Bytes of scratch with which a batch query needs no more of the stack; 0 where there is no wavefront.
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub(crate) const BATCH_SCRATCH: usize = wavefront::SCRATCH;
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+pub(crate) const BATCH_SCRATCH: usize = 0;
 
 /// Bounds the scratch of all three indices, which have the same build; see
 /// [`Structure::scratch_bytes`](crate::structure::Structure::scratch_bytes).

@@ -6,7 +6,8 @@
 //! 3. The child with the least key is entered next, the nearest first. The keys of the others wait on a stack, as one
 //!    entry a node.
 //! 4. At a leaf, all triangles are tested at once, and the query judges the candidates.
-//! 5. A batch has four walks in turn, each a step at a time, so that memory and arithmetic latencies overlap.
+//! 5. A batch has four walks in turn, each a step at a time, so that memory and arithmetic latencies overlap. Larger
+//!    batches have a `wavefront` instead, where there is one.
 
 use core::cell::Cell;
 use core::ops::ControlFlow;
@@ -18,7 +19,7 @@ use super::rows::LEAF_BIT;
 use super::tree::{InLanes, Step, Tree};
 use crate::Vec3;
 use crate::geometry::{Aabb, LaneRay, Ray, RaySpan};
-use crate::query::Query;
+use crate::query::{BatchQuery, Hit, Query};
 use crate::simd::{Lanes, PreparedRay, key, last_t};
 
 #[inline(always)]
@@ -49,17 +50,17 @@ const IN_TURN: usize =
 
 #[inline(always)]
 /// Traverses a tree for each of `count` queries, `IN_TURN` at a time.
-pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
+pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: BatchQuery>(
     tree: T,
     count: usize,
     start: impl Fn(usize) -> Option<Q>,
-    mut finish: impl FnMut(usize, &Q),
+    mut finish: impl FnMut(usize, Hit),
 ) {
     let (root, largest) = (tree.root(), tree.largest());
     let mut indices = 0..count;
     let walking = Cell::new(IN_TURN);
     // Takes the next ray that lanes can trace. Rays that lanes cannot trace are answered at once.
-    let mut next = |turn: &mut Turn<L, Q>, finish: &mut dyn FnMut(usize, &Q)| {
+    let mut next = |turn: &mut Turn<L, Q>, finish: &mut dyn FnMut(usize, Hit)| {
         for index in indices.by_ref() {
             turn.index = index;
             turn.query = start(index);
@@ -73,7 +74,7 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
                 PreparedRay::F64 => walk_in_f64(tree, query),
                 PreparedRay::Missed => {}
             }
-            finish(index, query);
+            finish(index, query.answer());
         }
         turn.query = None;
         walking.set(walking.get() - 1);
@@ -90,7 +91,7 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: Query>(
             if turn.walk.step(tree, query).is_continue() {
                 tree.prefetch(turn.walk.next.link);
             } else {
-                finish(turn.index, query);
+                finish(turn.index, query.answer());
                 next(turn, &mut finish);
             }
         }
@@ -186,7 +187,7 @@ impl<L: Lanes> Walk<L> {
 /// such boxes; see [`Aabb::is_along`]. Lanes do not test this at other nodes, because every ray would pay for it.
 #[cold]
 #[inline(never)]
-fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
+pub(super) fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
     let Step { link, .. } = tree.root();
     let flat = |_, _, bounds: Aabb| {
         if bounds.is_along(ray) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -201,7 +202,7 @@ fn is_along_flat<T: Tree>(tree: T, ray: &Ray) -> bool {
 /// child's box is computed again when the child is entered: kept with each child, spans would make the stack 17 KB.
 #[cold]
 #[inline(never)]
-fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
+pub(super) fn walk_in_f64<T: Tree, Q: Query>(tree: T, query: &mut Q) {
     let largest = Vec3::splat(tree.largest());
     let ray = RaySpan::new(query.ray(), &Aabb::new(-largest, largest));
     let mut stack = ArrayVec::<(u32, u32), STACK>::new();

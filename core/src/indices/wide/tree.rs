@@ -2,10 +2,9 @@
 
 use core::ops::ControlFlow;
 
-use super::rows::EMPTY;
-use crate::geometry::Aabb;
-use crate::geometry::LaneRay;
-use crate::query::Query;
+use super::rows::{EMPTY, Row};
+use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
+use crate::query::{Query, TriangleId};
 use crate::simd::Lanes;
 
 /// Tree of nodes of up to eight boxes, and of leaves of up to eight triangles.
@@ -28,6 +27,8 @@ pub(crate) trait Tree: Copy {
 }
 
 /// Tree that can be read by the lanes `L`.
+// Some methods are for the wavefront, which other targets have not.
+#[cfg_attr(not(all(target_arch = "x86_64", target_feature = "sse2")), allow(dead_code))]
 pub(crate) trait InLanes<L: Lanes>: Tree {
     /// Tests the boxes of a node; see [`Lanes::meet_boxes`]. `None` for a link that leads nowhere.
     fn meet_node(self, link: u32, ray: &LaneRay, last: f32) -> Option<L::Keys>;
@@ -43,6 +44,22 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()>;
+
+    /// The links of all children of a node, by lane.
+    fn links(self, link: u32) -> Option<Row>;
+
+    /// Filters the triangles of a leaf, or of its first part: those that the ray may hit up to `last`. The bits are the
+    /// lanes of the triangles.
+    fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates;
+
+    /// The triangle in one lane of a leaf, or of its first part.
+    fn triangle(self, step: Step, lane: usize) -> (TriangleId, Triangle);
+
+    /// What is left of a leaf after its first part.
+    #[inline(always)]
+    fn rest_of_leaf(self, _: Step) -> Option<Step> {
+        None
+    }
 
     /// Prefetches what a link leads to.
     #[inline(always)]

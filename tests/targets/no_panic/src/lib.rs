@@ -310,15 +310,19 @@ pub unsafe extern "C" fn prove_many(
     rays: Slice<Ray>,
     hits: Slice<Hit>,
     occluded: Slice<bool>,
+    scratch: Slice<u8>,
 ) -> usize {
     // SAFETY: the caller fulfils the conditions of `Slice::get`.
-    let (bytes, mesh, rays, hits, occluded) =
-        unsafe { (bytes.get(), mesh.get(), rays.get(), hits.get(), occluded.get()) };
+    let (bytes, mesh, rays, hits, occluded, scratch) = unsafe {
+        (bytes.get(), mesh.get(), rays.get(), hits.get(), occluded.get(), scratch.get())
+    };
     let Some(Ok(index)) = read(number, bytes, mesh) else {
         return 0;
     };
     index.closest_hits(rays, hits);
     index.occluded_each(rays, occluded);
+    index.closest_hits_in(rays, hits, scratch);
+    index.occluded_each_in(rays, occluded, scratch);
     hits.len() + occluded.len()
 }
 

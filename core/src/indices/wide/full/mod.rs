@@ -52,7 +52,7 @@ use crate::cost::Weights;
 use crate::error::BuildError;
 use crate::input::{Executor, Options, SimdLevel};
 use crate::memory::Words;
-use crate::query::Query;
+use crate::query::{BatchQuery, Hit, Query};
 use crate::structure::{Described, DividedScene, Sections, Statistics, Structure};
 
 /// Wide BVH: a BVH8 in `f32`, over the whole scene or, in a hierarchy, over its clusters. 50 to 55 bytes a triangle.
@@ -96,14 +96,16 @@ impl Structure for WideBvh {
     }
 
     #[inline]
-    fn traverse_each<Q: Query>(
+    fn traverse_each<Q: BatchQuery>(
         sections: &Sections<'_>,
         simd_level: SimdLevel,
+        scratch: &mut [u8],
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
-        finish: impl FnMut(usize, &Q),
+        finish: impl FnMut(usize, Hit),
     ) {
-        dispatch::traverse_each(WideTree::of(sections.words()), simd_level, count, start, finish);
+        let tree = WideTree::of(sections.words());
+        dispatch::traverse_each(tree, simd_level, scratch, count, start, finish);
     }
 
     fn check(sections: &Sections<'_>) -> Result<Statistics, u32> {

@@ -3,11 +3,10 @@
 use core::ops::ControlFlow;
 
 use crate::Vec3;
-use crate::geometry::Aabb;
-use crate::geometry::LaneRay;
+use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::indices::wide::rows::{
-    EDGES_ROW, EMPTY, IDS_ROW, LANES, LINKS_ROW, ROW_MASK, Row, first_lane, leaf_at, leaf_count,
-    node_at, triangle_at,
+    EDGES_ROW, EMPTY, EMPTY_LEAF, IDS_ROW, LANES, LINKS_ROW, ROW_MASK, Row, first_lane, leaf_at,
+    leaf_count, node_at, triangle_at,
 };
 use crate::indices::wide::tree::{InLanes, Step, Tree};
 use crate::query::{Query, TriangleId};
@@ -80,6 +79,7 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
     #[inline(always)]
     fn child(self, link: u32, lane: usize) -> Option<Step> {
         let node = node_at(self.rows, link)?;
+        let lane = lane % LANES;
         Some(Step { link: node[LINKS_ROW][lane], edge: node[EDGES_ROW][lane] })
     }
 
@@ -99,6 +99,25 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         let candidates = L::meet_triangles::<Q>(leaf, ray, edges, last).of(lanes, query)?;
         let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
         decide_each::<L, Q>(candidates, ray, query, triangle)
+    }
+
+    #[inline(always)]
+    fn links(self, link: u32) -> Option<Row> {
+        Some(node_at(self.rows, link)?[LINKS_ROW])
+    }
+
+    #[inline(always)]
+    fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates {
+        let Some(leaf) = leaf_at(self.rows, step.link) else { return Candidates::NONE };
+        let edges = L::all(f32::from_bits(step.edge));
+        let lanes = ((1 << leaf_count(step.link)) - 1) << first_lane(step.edge);
+        L::meet_triangles::<Q>(leaf, ray, edges, last).within(lanes)
+    }
+
+    #[inline(always)]
+    fn triangle(self, step: Step, lane: usize) -> (TriangleId, Triangle) {
+        let leaf = leaf_at(self.rows, step.link).unwrap_or(&EMPTY_LEAF);
+        (TriangleId(leaf[IDS_ROW][lane % LANES]), triangle_at(leaf, lane))
     }
 
     #[inline(always)]

@@ -24,9 +24,8 @@ use super::views::Unpack;
 use super::{CompactBvh, EMPTY, Form, LEAF_BIT, NODE_WORDS, QuantisedNode};
 use crate::Vec3;
 use crate::cost::Weights;
-use crate::geometry::LaneRay;
-use crate::geometry::{Aabb, Triangle};
-use crate::indices::wide::rows::LANES;
+use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
+use crate::indices::wide::rows::{LANES, Row};
 use crate::input::Mesh;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
@@ -147,6 +146,11 @@ impl Form for Chunks {
         Some(node_at(words, link)?.links[lane % LANES])
     }
 
+    #[inline(always)]
+    fn links(words: &[u32], link: u32) -> Option<Row> {
+        Some(node_at(words, link)?.links)
+    }
+
     /// Writes as few chunks as the triangles, in their order, need.
     fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32 {
         let offset = words.len() as u32;
@@ -195,6 +199,35 @@ impl Form for Chunks {
             decide_each::<L, Q>(candidates, ray, query, triangle)?;
         }
         ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn filter<L: Unpack, Q: Query>(
+        tree: Packed<'_, Self>,
+        link: u32,
+        ray: &LaneRay,
+        last: f32,
+    ) -> Candidates {
+        let Some(chunk) = chunk_at(tree.words, (link & Self::OFFSET) as usize) else {
+            return Candidates::NONE;
+        };
+        let (leaf, edges) = (L::unpack(chunk), L::all(f32::from_bits(chunk[0] & EDGE)));
+        let lanes = (1 << triangle_count(chunk)) - 1;
+        L::meet_triangles::<Q>(&leaf, ray, edges, last).within(lanes)
+    }
+
+    #[inline(always)]
+    fn triangle(tree: Packed<'_, Self>, link: u32, lane: usize) -> (TriangleId, Triangle) {
+        let chunk = chunk_at(tree.words, (link & Self::OFFSET) as usize);
+        let chunk = chunk.unwrap_or(&[0; CHUNK_WORDS]);
+        (TriangleId(id_at(chunk, lane)), triangle_at(chunk, lane))
+    }
+
+    #[inline(always)]
+    fn rest(words: &[u32], link: u32) -> Option<u32> {
+        let offset = (link & Self::OFFSET) as usize;
+        let chunk = chunk_at(words, offset)?;
+        (chunk[0] & MORE_CHUNKS != 0).then(|| LEAF_BIT | (offset + chunk_length(chunk)) as u32)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

@@ -27,8 +27,7 @@ use super::views::{FewBoxes, Known, Unpack};
 use super::{Form, LEAF_BIT, LeanBvh, QuantisedNode};
 use crate::Vec3;
 use crate::cost::Weights;
-use crate::geometry::Aabb;
-use crate::geometry::LaneRay;
+use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::indices::wide::rows::{LANES, Row};
 use crate::input::Mesh;
 use crate::memory::Words;
@@ -147,6 +146,11 @@ impl Form for Ids {
         words.get(decoded(link).0 + SCALE_WORDS + lane).copied()
     }
 
+    #[inline(always)]
+    fn links(words: &[u32], link: u32) -> Option<Row> {
+        words.get(decoded(link).0 + SCALE_WORDS..)?.first_chunk().copied()
+    }
+
     fn write(_: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32 {
         let offset = words.len();
         for id in ids {
@@ -188,6 +192,23 @@ impl Form for Ids {
             (TriangleId(id), known.triangle(id))
         };
         decide_each::<L, Q>(candidates.of((1 << count) - 1, query)?, ray, query, triangle)
+    }
+
+    #[inline(always)]
+    fn filter<L: Unpack, Q: Query>(
+        tree: Packed<'_, Self>,
+        link: u32,
+        ray: &LaneRay,
+        last: f32,
+    ) -> Candidates {
+        let Some(known) = known_at(tree, link) else { return Candidates::NONE };
+        L::meet_known::<Q>(&known, ray, last).within((2 << known.last_lane) - 1)
+    }
+
+    #[inline(always)]
+    fn triangle(tree: Packed<'_, Self>, link: u32, lane: usize) -> (TriangleId, Triangle) {
+        let id = known_at(tree, link).map_or(0, |known| known.ids[lane % LANES]);
+        (TriangleId(id), tree.triangles().get(id).unwrap_or_default())
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

@@ -41,14 +41,13 @@ use views::Unpack;
 
 use super::build::MAX_DEPTH;
 use super::dispatch::{traverse, traverse_each};
-use super::rows::LANES;
+use super::rows::{LANES, Row};
 use crate::error::BuildError;
-use crate::geometry::Aabb;
-use crate::geometry::LaneRay;
+use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::indices::depth_first::{self, check_depth_first};
 use crate::input::{Executor, Mesh, Options, SimdLevel};
 use crate::memory::Words;
-use crate::query::Query;
+use crate::query::{BatchQuery, Hit, Query, TriangleId};
 use crate::structure::{Described, DividedScene, Sections, Statistics, Structure};
 
 /// Compact BVH: a BVH8 in 16 bits, over the whole scene or, in a hierarchy, over its clusters. 25 to 30 bytes a
@@ -67,6 +66,8 @@ pub type LeanBvh = QuantisedBvh<Ids>;
 pub struct QuantisedBvh<F>(PhantomData<F>);
 
 /// Form of nodes and leaves. Nodes have two to eight children, leaves one to eight triangles.
+// Some functions are for the wavefront, which other targets have not.
+#[cfg_attr(not(all(target_arch = "x86_64", target_feature = "sse2")), allow(dead_code))]
 trait Form: Copy + 'static {
     /// True if leaves hold the triangles; see [`Structure::HOLDS_TRIANGLES`].
     const HOLDS_TRIANGLES: bool;
@@ -98,6 +99,9 @@ trait Form: Copy + 'static {
     /// Reads the link in one lane of a node.
     fn child(words: &[u32], link: u32, lane: usize) -> Option<u32>;
 
+    /// Reads the links of all lanes of a node; those of unused lanes are arbitrary.
+    fn links(words: &[u32], link: u32) -> Option<Row>;
+
     /// Appends a leaf, and returns the link to it.
     fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32;
 
@@ -112,6 +116,24 @@ trait Form: Copy + 'static {
         last: f32,
         query: &mut Q,
     ) -> ControlFlow<()>;
+
+    /// Filters the triangles of a leaf, or of its first chunk; see
+    /// [`InLanes::filter_leaf`](crate::indices::wide::tree::InLanes::filter_leaf).
+    fn filter<L: Unpack, Q: Query>(
+        tree: Packed<'_, Self>,
+        link: u32,
+        ray: &LaneRay,
+        last: f32,
+    ) -> Candidates;
+
+    /// The triangle in one lane of a leaf, or of its first chunk.
+    fn triangle(tree: Packed<'_, Self>, link: u32, lane: usize) -> (TriangleId, Triangle);
+
+    /// The link to what is left of a leaf after its first chunk.
+    #[inline(always)]
+    fn rest(_: &[u32], _: u32) -> Option<u32> {
+        None
+    }
 
     /// Checks a leaf, and returns the numbers of its words and triangles. `None` if reading it could do harm.
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)>;
@@ -171,14 +193,16 @@ where
     }
 
     #[inline]
-    fn traverse_each<Q: Query>(
+    fn traverse_each<Q: BatchQuery>(
         sections: &Sections<'_>,
         simd_level: SimdLevel,
+        scratch: &mut [u8],
         count: usize,
         start: impl Fn(usize) -> Option<Q>,
-        finish: impl FnMut(usize, &Q),
+        finish: impl FnMut(usize, Hit),
     ) {
-        traverse_each(Packed::<F>::of(sections), simd_level.without_avx512(), count, start, finish);
+        let (tree, level) = (Packed::<F>::of(sections), simd_level.without_avx512());
+        traverse_each(tree, level, scratch, count, start, finish);
     }
 
     fn check(sections: &Sections<'_>) -> Result<Statistics, u32> {

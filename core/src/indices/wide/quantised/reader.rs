@@ -5,12 +5,11 @@ use core::ops::ControlFlow;
 
 use super::views::Unpack;
 use super::{EMPTY, Form};
-use crate::geometry::Aabb;
-use crate::geometry::LaneRay;
-use crate::indices::wide::rows::LANES;
+use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
+use crate::indices::wide::rows::{LANES, Row};
 use crate::indices::wide::tree::{InLanes, Step, Tree};
 use crate::input::Mesh;
-use crate::query::Query;
+use crate::query::{Query, TriangleId};
 use crate::structure::Sections;
 
 /// Quantised index: its words, and the triangles that they name unless they hold them.
@@ -84,5 +83,25 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
         query: &mut Q,
     ) -> ControlFlow<()> {
         F::test::<L, Q>(self, step.link, ray, last, query)
+    }
+
+    #[inline(always)]
+    fn links(self, link: u32) -> Option<Row> {
+        F::links(self.words, link)
+    }
+
+    #[inline(always)]
+    fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates {
+        F::filter::<L, Q>(self, step.link, ray, last)
+    }
+
+    #[inline(always)]
+    fn triangle(self, step: Step, lane: usize) -> (TriangleId, Triangle) {
+        F::triangle(self, step.link, lane)
+    }
+
+    #[inline(always)]
+    fn rest_of_leaf(self, step: Step) -> Option<Step> {
+        Some(Step { link: F::rest(self.words, step.link)?, edge: 0 })
     }
 }

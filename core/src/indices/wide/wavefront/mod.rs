@@ -1,0 +1,148 @@
+//! Wavefront: many rays of a batch in flight, each step done for all of them in a pass of its own.
+//!
+//! ```text
+//! nodes --test_boxes--> stacks --take_children--+--> nodes
+//!   ^                      ^                    +--> others --sort--+--> leaves --test_leaves, judge--+
+//!   |                      |                                        +--> stale                        |
+//!   |                      +------------- take_children ------------------ v <------------------------+
+//!   |                                                               +--> done --renew--+
+//!   +----------------------------------- the next ray of the batch --------------------+
+//! ```
+//! | pass | for each ray | file |
+//! |---|---|---|
+//! | `test_boxes` | at a node: tests its eight boxes, puts it on the ray's stack | `nodes` |
+//! | `take_children` | takes the nearest child left of the topmost node on the stack, and prefetches it | `nodes` |
+//! | `sort` | that does not enter a node: queues it at a leaf, to take again (`stale`), or as done | `nodes` |
+//! | `renew` | that is done: hands on its answer, and begins the next ray in its slot | `begin` |
+//! | `test_leaves` | at a leaf: tests its eight triangles in `f32` | `leaves` |
+//! | `judge` | and each triangle left: decides four pairs at once in `f64` | `leaves` |
+//!
+//! - Leaves are tested once eight rays are at leaves, or fewer than eight at nodes.
+//! - A pass has no branch that depends on a ray. Both queues between which a ray might be put get its id, and one counts
+//!   it. So the processor works on as many rays at once as its buffers hold.
+//! - A ray's order of nodes is that of a single ray. What differs is when a hit shortens it, which changes no answer.
+//! - Rays that lanes cannot take are answered when their turn comes to begin. A ray whose stack is too short is
+//!   traversed on its own in the end.
+//! - `judge` leaves to the kernel whatever its bounds cannot decide, so hits are the same bits.
+//!
+//! # Memory
+//! A [`Room`], of the caller or on the stack. Its length does not depend on the batch.
+//!
+//! # Source
+//! The passes follow the wavefronts of path tracers on graphics processors: S. Laine, T. Karras, T. Aila, *Megakernels
+//! Considered Harmful*, 2013.
+
+mod begin;
+mod leaves;
+mod nodes;
+mod room;
+
+pub(crate) use room::{MOST, Room, SCRATCH};
+
+use begin::Batch;
+use room::{Entry, Queue, SLOTS};
+
+/// Number of rays at leaves, from which on leaves are tested; and of rays at nodes, below which leaves are tested.
+const ENOUGH: u32 = 8;
+
+/// Compiles the passes for some instructions, each as a function of its own, and the rounds.
+macro_rules! compiled_for {
+    ($module:ident, $features:literal) => {
+        pub(crate) mod $module {
+            use super::*;
+            use crate::indices::wide::traversal;
+            use crate::indices::wide::tree::InLanes;
+            use crate::query::{BatchQuery, Hit};
+            use crate::simd::Avx2;
+
+            #[inline(never)]
+            #[target_feature(enable = $features)]
+            fn test_boxes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
+                nodes::test_boxes(tree, room);
+            }
+
+            #[inline(never)]
+            #[target_feature(enable = $features)]
+            fn take_children<T: InLanes<Avx2>>(tree: T, room: &mut Room, queue: &Queue) {
+                nodes::take_children(tree, room, queue);
+            }
+
+            #[inline(never)]
+            #[target_feature(enable = $features)]
+            fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F>(
+                tree: T,
+                room: &mut Room,
+                batch: &Batch<S, F>,
+            ) {
+                leaves::test_leaves(tree, room, batch);
+            }
+
+            /// Traverses the tree for one query, whose stack was too short.
+            #[cold]
+            #[inline(never)]
+            #[target_feature(enable = $features)]
+            fn alone<T: InLanes<Avx2>, Q: BatchQuery>(tree: T, query: &mut Q) {
+                traversal::traverse::<Avx2, T, Q>(tree, query);
+            }
+
+            #[inline(never)]
+            #[target_feature(enable = $features)]
+            fn renew<
+                T: InLanes<Avx2>,
+                Q: BatchQuery,
+                S: Fn(usize) -> Option<Q>,
+                F: FnMut(usize, Hit),
+            >(
+                tree: T,
+                room: &mut Room,
+                batch: &mut Batch<S, F>,
+            ) {
+                let done = room.done.take();
+                for id in done.ids() {
+                    batch.end(&room.slots[id % SLOTS], |query| alone(tree, query));
+                    batch.begin(tree, id, room);
+                }
+            }
+
+            /// Traverses a tree for each of `count` queries.
+            #[inline(never)]
+            #[target_feature(enable = $features)]
+            pub(crate) fn traverse_each<T: InLanes<Avx2>, Q: BatchQuery>(
+                tree: T,
+                room: &mut Room,
+                count: usize,
+                start: impl Fn(usize) -> Option<Q>,
+                finish: impl FnMut(usize, Hit),
+            ) {
+                let mut batch = Batch { next: 0, count, start, finish };
+                for queue in [&mut room.nodes, &mut room.others, &mut room.leaves] {
+                    *queue = Queue::EMPTY;
+                }
+                (room.stale, room.done) = (Queue::EMPTY, Queue::EMPTY);
+                for id in 0..SLOTS {
+                    room.slots[id].stack[0] = Entry::BOTTOM;
+                    batch.begin(tree, id, room);
+                }
+                while room.nodes.count + room.leaves.count + room.stale.count + room.others.count
+                    > 0
+                {
+                    test_boxes(tree, room);
+                    let queue = room.nodes.take();
+                    take_children(tree, room, &queue);
+                    nodes::sort(room);
+                    renew(tree, room, &mut batch);
+                    if room.leaves.count >= ENOUGH || room.nodes.count < ENOUGH {
+                        test_leaves(tree, room, &batch);
+                        let queue = room.leaves.take();
+                        take_children(tree, room, &queue);
+                        let queue = room.stale.take();
+                        take_children(tree, room, &queue);
+                    }
+                }
+            }
+        }
+    };
+}
+
+compiled_for!(avx2, "avx2");
+compiled_for!(avx512, "avx512f,avx512vl,avx512dq,avx512bw");
