@@ -15,7 +15,7 @@
 
 use std::ops::Range;
 
-use arboleda::{Counters, Hit, RayIndex};
+use arboleda::{BATCH_SCRATCH, Counters, Hit, RayIndex};
 use rayon::prelude::*;
 
 use super::balance::Balance;
@@ -110,13 +110,14 @@ impl Tally {
             }
         }
         let (mut rays, mut hits) = (Vec::new(), Vec::new());
+        let mut scratch = vec![0; BATCH_SCRATCH];
         while !paths.is_empty() {
             rays.clear();
             rays.extend(paths.iter().map(Path::ray).copied());
             hits.clear();
             hits.resize(rays.len(), Hit::NONE);
             match counting {
-                Counting::Off => index.closest_hits(&rays, &mut hits),
+                Counting::Off => index.closest_hits_in(&rays, &mut hits, &mut scratch),
                 Counting::On => {
                     for (ray, slot) in rays.iter().zip(&mut hits) {
                         let hit = index.closest_hit_counted(ray, &mut self.counters);

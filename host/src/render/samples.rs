@@ -8,7 +8,7 @@
 
 use std::f64::consts::PI;
 
-use arboleda::{Hit, Ray, RayIndex, Vec3};
+use arboleda::{BATCH_SCRATCH, Hit, Ray, RayIndex, Vec3};
 use rayon::prelude::*;
 
 use super::film::Film;
@@ -116,7 +116,7 @@ impl TileSamples {
         }
         let plain: Vec<Ray> = rays.iter().map(|(_, ray)| *ray).collect();
         let mut hits = vec![Hit::NONE; plain.len()];
-        index.closest_hits(&plain, &mut hits);
+        index.closest_hits_in(&plain, &mut hits, &mut vec![0; BATCH_SCRATCH]);
 
         // 2. Hits of a pixel on the same triangle are merged.
         let mut found: Vec<(Receiver, Share)> = Vec::new();

@@ -5,7 +5,7 @@ mod hit_files;
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
-use arboleda::{Hit, IndexKind, Ray, RayError, RayIndex};
+use arboleda::{BATCH_SCRATCH, Hit, IndexKind, Ray, RayError, RayIndex};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 
@@ -182,16 +182,26 @@ impl Cast {
     ) -> (Vec<HitRecord>, Option<Vec<u64>>) {
         match self.query {
             Question::Closest => {
-                let closest =
-                    |ray: &Ray| index.closest_hit(ray).map_or(HitRecord::MISS, HitRecord::from);
-                (per_ray(rays, |ray| ray.as_ref().map_or(HitRecord::MISS, closest)), None)
+                let closest = |rays: &[Ray], records: &mut [HitRecord], scratch: &mut [u8]| {
+                    let mut hits = vec![Hit::NONE; rays.len()];
+                    index.closest_hits_in(rays, &mut hits, scratch);
+                    for (record, hit) in records.iter_mut().zip(hits) {
+                        *record =
+                            if hit.is_none() { HitRecord::MISS } else { HitRecord::from(hit) };
+                    }
+                };
+                (per_batch(rays, closest), None)
             }
             Question::Occluded => {
                 // The triangle that an any-hit query finds depends on the index, so the record does not name it.
-                let any = |ray: &Ray| {
-                    if index.occluded(ray) { HitRecord::OCCLUDED } else { HitRecord::MISS }
+                let any = |rays: &[Ray], records: &mut [HitRecord], scratch: &mut [u8]| {
+                    let mut occluded = vec![false; rays.len()];
+                    index.occluded_each_in(rays, &mut occluded, scratch);
+                    for (record, occluded) in records.iter_mut().zip(occluded) {
+                        *record = if occluded { HitRecord::OCCLUDED } else { HitRecord::MISS };
+                    }
                 };
-                (per_ray(rays, |ray| ray.as_ref().map_or(HitRecord::MISS, any)), None)
+                (per_batch(rays, any), None)
             }
             Question::All => {
                 let lists = per_ray(rays, |ray| {
@@ -207,6 +217,31 @@ impl Cast {
             }
         }
     }
+}
+
+/// Rays of a batch: enough that its beginning and its end cost nothing, few enough for all processors to have some.
+const BATCH: usize = 2048;
+
+/// Answers valid rays in batches, each in the scratch of its thread. Other rays are misses.
+fn per_batch(
+    rays: &[Result<Ray, RayError>],
+    answer: impl Fn(&[Ray], &mut [HitRecord], &mut [u8]) + Sync + Send,
+) -> Vec<HitRecord> {
+    let mut records = vec![HitRecord::MISS; rays.len()];
+    let batches = rays.par_chunks(BATCH).zip(records.par_chunks_mut(BATCH));
+    batches.for_each_init(
+        || vec![0; BATCH_SCRATCH],
+        |scratch, (rays, records)| {
+            let valid: Vec<Ray> = rays.iter().flatten().copied().collect();
+            let mut answers = vec![HitRecord::MISS; valid.len()];
+            answer(&valid, &mut answers, scratch);
+            let answered = records.iter_mut().zip(rays).filter(|(_, ray)| ray.is_ok());
+            for ((record, _), answer) in answered.zip(answers) {
+                *record = answer;
+            }
+        },
+    );
+    records
 }
 
 fn per_ray<T: Send>(
