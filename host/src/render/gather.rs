@@ -93,7 +93,7 @@ impl<'s> Gathering<'s> {
             work = work.and(&more);
             self.next += points.len() as u64;
 
-            // 2. The sums of each point, in the order of its rays.
+            // 2. The sums of each point.
             let mut sums = vec![Gathered::default(); points.len()];
             for (end, estimate) in ends.iter().zip(&found) {
                 sums[end.point].add(model, end.triangle, estimate);
@@ -129,8 +129,31 @@ impl<'s> Gathering<'s> {
             });
             ends.collect::<Vec<_>>()
         };
-        points.par_chunks(SOME).enumerate().flat_map_iter(of_some).collect()
+        let mut ends: Vec<End> =
+            points.par_chunks(SOME).enumerate().flat_map_iter(of_some).collect();
+        // Ends of one plane that are near each other share the carriers of their discs. The sort is stable, so their
+        // order is a function of the points.
+        let side = f64::from(self.direct.estimator().radius());
+        ends.par_sort_by_cached_key(|end| (end.receiver.normal_bits(), cell(&end.receiver, side)));
+        ends
     }
+}
+
+/// Returns the number of the cell of a position in a grid, in Morton's order. Cells that follow each other are near each
+/// other.
+fn cell(receiver: &Receiver, side: f64) -> u64 {
+    /// Bits of a coordinate.
+    const BITS: u32 = 21;
+    let middle = f64::from(1_u32 << (BITS - 1));
+    // Cells beyond the grid are those at its border.
+    let place =
+        |x: f32| ((f64::from(x) / side).floor() + middle).clamp(0.0, 2.0 * middle - 1.0) as u64;
+    let [x, y, z] = receiver.position().to_array().map(place);
+    (0..BITS).fold(0, |code, bit| {
+        code | (x >> bit & 1) << (3 * bit)
+            | (y >> bit & 1) << (3 * bit + 1)
+            | (z >> bit & 1) << (3 * bit + 2)
+    })
 }
 
 impl Gathered {
