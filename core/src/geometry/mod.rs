@@ -28,6 +28,7 @@ pub(crate) use lane_filter::{Candidates, Numbers, Points, longest_edges, meet_tr
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) use lane_filter::{DISTANCE, ROUNDED, SUM};
 pub(crate) use lane_ray::{LaneRay, UNDERFLOW};
+pub(crate) use overlap::OctantFilter;
 pub use overlap::may_overlap;
 pub use ray::{Ray, RayError};
 pub use span::{AxisCrossing, RaySpan, Span};

@@ -5,7 +5,7 @@
 use glam::Vec4;
 
 use super::tree_cell::Cell;
-use crate::geometry::{Triangle, may_overlap};
+use crate::geometry::{OctantFilter, Triangle, may_overlap};
 
 /// Plane across each axis, a number that `f32` holds; `None` for an undivided axis.
 pub type Planes = [Option<f64>; 3];
@@ -25,12 +25,14 @@ pub struct Division<'c> {
     planes: &'c Planes,
     /// The planes; NaN on an undivided axis.
     at: Vec4,
+    filter: OctantFilter,
 }
 
 impl<'c> Division<'c> {
     pub fn new(cell: &'c Cell, planes: &'c Planes) -> Self {
+        let [lo, hi] = [cell.lo, cell.hi].map(narrowed);
         let at = narrowed(planes.map(|plane| plane.unwrap_or(f64::NAN)));
-        Self { cell, planes, at }
+        Self { cell, planes, at, filter: OctantFilter::new(lo, hi, at) }
     }
 
     /// Finds the octants in which a triangle is filed.
@@ -45,8 +47,10 @@ impl<'c> Division<'c> {
             return Placement { mask, steps: 1 };
         }
         let steps = 1 + mask.count_ones();
-        // 2. By the triangle's plane and edges.
-        let mut doubtful = mask;
+        // 2. By the triangle's plane and edges: the filter, and the exact test where it is in doubt.
+        let found = self.filter.judge(triangle);
+        let mut doubtful = mask & !found.inside & !found.apart;
+        mask &= !found.apart;
         while doubtful != 0 {
             let octant = doubtful.trailing_zeros();
             doubtful &= doubtful - 1;

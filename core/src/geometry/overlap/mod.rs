@@ -15,6 +15,10 @@
 //! # Source
 //! T. Akenine-Möller, *Fast 3D Triangle-Box Overlap Testing*, 2001.
 
+mod octant_filter;
+
+pub(crate) use octant_filter::OctantFilter;
+
 use super::Triangle;
 use super::vector64::{Vector64, cross, difference, dot, larger, max_abs, widened};
 
