@@ -34,10 +34,10 @@ const TABLE: [(&str, f64, [f64; 2]); 10] = [
     ("lean-bvh", 10.0, [0.75, 0.75]),
     ("bvh", 220.0, [0.8, 0.4]),
     ("kd-tree", 35.0, [5.0, 5.0]),
-    ("octree", 100.0, [0.5, 0.5]),
+    ("octree", 40.0, [1.5, 0.4]),
     ("uniform-grid", 130.0, [3.0, 6.0]),
-    ("bsp-tree", 70.0, [7.0, 2.5]),
-    ("octree-r", 30.0, [6.0, 6.0]),
+    ("bsp-tree", 40.0, [4.5, 1.2]),
+    ("octree-r", 30.0, [4.5, 3.0]),
 ];
 /// Costs assumed of a family that was never measured.
 const UNKNOWN: (f64, [f64; 2]) = (100.0, [1.0, 1.0]);
