@@ -5,7 +5,7 @@
 //! `cargo run -p arboleda --release --example batch`
 
 use arboleda::kinds::WideBvh;
-use arboleda::{Block, Hit, Index, Options, Ray, Scene, Triangle, Vec3};
+use arboleda::{BATCH_SCRATCH, Block, Hit, Index, Options, Ray, Scene, Triangle, Vec3};
 
 /// Builds a wide BVH of a hilly square, and asks about 10,000 rays at once.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,9 +27,10 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rays: Vec<Ray> = rays.collect::<Result<_, _>>()?;
 
     let mut hits = vec![Hit::NONE; rays.len()];
-    index.closest_hits(&rays, &mut hits);
+    let mut scratch = vec![0; BATCH_SCRATCH];
+    index.closest_hits_in(&rays, &mut hits, &mut scratch);
     let mut occluded = vec![false; rays.len()];
-    index.occluded_each(&rays, &mut occluded);
+    index.occluded_each_in(&rays, &mut occluded, &mut scratch);
 
     for ((ray, hit), occluded) in rays.iter().zip(&hits).zip(&occluded) {
         assert_eq!(index.closest_hit(ray).unwrap_or(Hit::NONE), *hit);

@@ -13,8 +13,8 @@ use arboleda_tests::{crowds, rays, scenes};
 /// The kinds whose batches differ from single rays.
 const KINDS: [IndexKind; 3] = [IndexKind::WideBvh, IndexKind::CompactBvh, IndexKind::LeanBvh];
 
-/// Numbers of rays around the thresholds: none, fewer than are in flight, as many, and one more.
-const LENGTHS: [usize; 9] = [0, 1, 31, 32, 33, 63, 64, 65, 1000];
+/// Numbers of rays: none, one, around those that are in flight, and around the thresholds of the wavefront.
+const LENGTHS: [usize; 12] = [0, 1, 31, 32, 33, 63, 64, 65, 191, 192, 193, 1000];
 
 fn all_scenes() -> Vec<Vec<Triangle>> {
     vec![

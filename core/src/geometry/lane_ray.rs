@@ -52,15 +52,15 @@ pub(crate) struct LaneRay {
 }
 
 /// Largest absolute value of a coordinate.
-const MOST_COORDINATE: f32 = 268_435_456.0; // 2^28
+pub(crate) const MOST_COORDINATE: f32 = 268_435_456.0; // 2^28
 /// Factor that makes an entry early; see "Planes".
-const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
+pub(crate) const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
 /// Factor that makes an exit late; see "Planes".
-const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
+pub(crate) const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
 /// Least absolute value of a component of the direction that is not 0.
-const LEAST_DIRECTION: f32 = 9.094_947e-13; // 2^-40
+pub(crate) const LEAST_DIRECTION: f32 = 9.094_947e-13; // 2^-40
 /// Largest absolute value of a component of the direction.
-const MOST_DIRECTION: f32 = 1.099_511_6e12; // 2^40
+pub(crate) const MOST_DIRECTION: f32 = 1.099_511_6e12; // 2^40
 /// Slack for underflows; see "Planes".
 pub(crate) const UNDERFLOW: f32 = 7.523_164e-37; // 2^-120
 
@@ -89,14 +89,7 @@ impl LaneRay {
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn of(ray: &Ray, largest_coordinate: f32) -> Option<(Self, bool)> {
-        // Four numbers in one read, of which the last is not part of the vector.
-        let &[ox, oy, oz, dx, dy, dz, t_min, _]: &[f32; 8] = bytemuck::must_cast_ref(ray);
-        let _ = t_min;
-        let vector = |numbers: [f32; 4]| -> Vec4 {
-            let bits: [u32; 4] = bytemuck::must_cast(numbers);
-            bytemuck::must_cast([bits[0], bits[1], bits[2], 0])
-        };
-        let (origin, direction) = (vector([ox, oy, oz, dx]), vector([dx, dy, dz, t_min]));
+        let (origin, direction) = (ray.origin().extend(0.0), ray.direction().extend(0.0));
         let sizes = direction.abs();
         let large_enough = sizes.cmpge(Vec4::splat(LEAST_DIRECTION)).bitmask();
         let small_enough = sizes.cmple(Vec4::splat(MOST_DIRECTION))

@@ -27,6 +27,8 @@ pub use kernel::intersect;
 pub(crate) use lane_filter::{Candidates, Numbers, Points, longest_edges, meet_triangles};
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) use lane_filter::{DISTANCE, ROUNDED, SUM};
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub(crate) use lane_ray::{EARLIER, LATER, LEAST_DIRECTION, MOST_COORDINATE, MOST_DIRECTION};
 pub(crate) use lane_ray::{LaneRay, UNDERFLOW};
 pub(crate) use overlap::OctantFilter;
 pub use overlap::may_overlap;

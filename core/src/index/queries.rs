@@ -82,21 +82,21 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// Finds the closest hit of each ray, or [`Hit::NONE`]: the same bits as [`Index::closest_hit`].
     ///
-    /// This is the faster way to trace many rays. Rays and hits beyond the shorter of both slices are ignored.
+    /// It takes less time than single rays; [`Index::closest_hits_in`] takes the least. Rays and hits beyond the shorter of
+    /// both slices are ignored.
     ///
-    /// With AVX2, the wide, compact and lean BVH traverse 128 rays or more as a wavefront, whose state takes some 41 KiB of
-    /// the stack; [`Index::closest_hits_in`] takes that memory from the caller. On other targets with vector registers,
-    /// they traverse four rays in turn, whose state takes some 13 KiB. For targets without see
-    /// [`IndexKind`](crate::IndexKind#stack).
+    /// On targets with vector registers, the wide, compact and lean BVH traverse four rays in turn, whose state takes some
+    /// 13 KiB of the stack; single rays take less. For other targets see [`IndexKind`](crate::IndexKind#stack).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         self.closest_hits_in(rays, hits, &mut []);
     }
 
     /// Finds the closest hit of each ray, as [`Index::closest_hits`] does and with the same bits, in memory of the
-    /// caller.
+    /// caller: the fastest way to trace many rays.
     ///
-    /// `scratch` has [`BATCH_SCRATCH`] bytes or more, at any alignment; what is in it does not matter. A shorter one is
-    /// not used: then this is [`Index::closest_hits`].
+    /// `scratch` has [`BATCH_SCRATCH`] bytes or more, at any alignment; what is in it does not matter. With AVX2, the wide,
+    /// compact and lean BVH use it for batches of 64 rays or more, for the state of 64 rays in flight. In other cases, and
+    /// with a shorter scratch, this is [`Index::closest_hits`].
     pub fn closest_hits_in(&self, rays: &[Ray], hits: &mut [Hit], scratch: &mut [u8]) {
         let start = |index: usize| rays.get(index).map(|ray| Closest::new(ray, ()));
         let count = rays.len().min(hits.len());

@@ -22,7 +22,7 @@ use core::arch::x86_64::{
     _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
 };
 
-use super::lanes::{FAR, LANES, Lanes, LeafRows, NODE_ROWS, Node, Row, sides_of};
+use super::lanes::{FAR, LANES, Lanes, LeafRows, Node, Row, sides_of};
 use crate::Vec3;
 use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamped};
 use crate::geometry::{Candidates, DISTANCE, LaneRay, ROUNDED, SUM, Triangle, UNDERFLOW};
@@ -50,12 +50,12 @@ impl Lanes for Avx2 {
 
     // Without a prefetch, a batch over more triangles than the cache holds waits for them.
     #[inline(always)]
-    fn prefetch(rows: &[Row], first: usize) {
-        let node = rows.as_ptr().wrapping_add(first);
-        for line in 0..NODE_ROWS as usize / 2 {
+    fn prefetch<T>(items: &[T], first: usize, lines: usize) {
+        let start = items.as_ptr().wrapping_add(first).cast::<[u8; 64]>();
+        for line in 0..lines {
             // SAFETY: a prefetch does not access memory, wherever it points, and every processor with AVX2
             // has it.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(node.wrapping_add(2 * line).cast()) };
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(line).cast()) };
         }
     }
 

@@ -72,9 +72,9 @@ pub(crate) trait Lanes {
     /// that the ray does not meet up to `last`.
     fn meet_boxes(node: &Node, ray: &LaneRay, last: f32) -> Self::Keys;
 
-    /// Prefetches the rows of a node or of a leaf from `first` on, which a walk needs in its next turn.
+    /// Prefetches `lines` cache lines of 64 bytes from an item on, which a walk needs in its next turn.
     #[inline(always)]
-    fn prefetch(_: &[Row], _first: usize) {}
+    fn prefetch<T>(_: &[T], _first: usize, _lines: usize) {}
 
     /// The lowest key, and the first lane that has it.
     fn nearest(keys: Self::Keys) -> (u16, usize);

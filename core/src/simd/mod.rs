@@ -12,6 +12,8 @@ pub(crate) mod avx2;
 mod avx2_judge;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod avx2_leaf;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+mod avx2_ray;
 mod candidates;
 mod lanes;
 mod leaf_test;
@@ -21,6 +23,8 @@ pub(crate) mod portable;
 pub(crate) use avx2::{Avx2, Avx2 as Fastest};
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) use avx2_judge::{Quad, judge_four};
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub(crate) use avx2_ray::prepare;
 pub(crate) use candidates::{decide_each, last_t};
 pub(crate) use lanes::{
     FAR, LANES, LEAF_ROWS, Lanes, LeafRows, NODE_ROWS, Node, PreparedRay, Row, key,

@@ -1,7 +1,7 @@
 //! The indices of `arboleda`, as contenders among the others.
 
 use arboleda::kinds::Representation;
-use arboleda::{AnyIndex, Hit, Index, IndexKind, Ray, RayIndex};
+use arboleda::{AnyIndex, BATCH_SCRATCH, Hit, Index, IndexKind, Ray, RayIndex};
 
 use super::contender::{Batch, Contender};
 
@@ -58,7 +58,7 @@ impl<I: RayIndex> Contender for Ours<I> {
     }
 
     fn occluded(&self, rays: &[Ray], answers: &mut [bool]) {
-        self.0.occluded_each(rays, answers);
+        self.0.occluded_each_in(rays, answers, &mut vec![0; BATCH_SCRATCH]);
     }
 
     fn batch(&self) -> Option<&dyn Batch> {
@@ -68,6 +68,6 @@ impl<I: RayIndex> Contender for Ours<I> {
 
 impl<I: RayIndex> Batch for Ours<I> {
     fn closest_hits_together(&self, rays: &[Ray], hits: &mut [Hit]) {
-        self.0.closest_hits(rays, hits);
+        self.0.closest_hits_in(rays, hits, &mut vec![0; BATCH_SCRATCH]);
     }
 }

@@ -14,7 +14,7 @@
 //! # Source
 //! H. W. Jensen, *Global Illumination using Photon Maps*, 1996, section 5; the direct light by photons is ours.
 
-use arboleda::{Hit, Ray, RayIndex};
+use arboleda::{BATCH_SCRATCH, Hit, Ray, RayIndex};
 use rayon::prelude::*;
 
 use crate::density::{Bounces, Estimate, EstimatorError, LightField, PhotonSource, Receiver, Work};
@@ -121,7 +121,7 @@ impl<'s> Gathering<'s> {
             let plain: Vec<Ray> = rays.iter().map(|(_, ray)| *ray).collect();
             let mut hits = vec![Hit::NONE; plain.len()];
             let index: &dyn RayIndex = source.index;
-            index.closest_hits(&plain, &mut hits);
+            index.closest_hits_in(&plain, &mut hits, &mut vec![0; BATCH_SCRATCH]);
             let ends = rays.iter().zip(hits).filter_map(|((point, ray), hit)| {
                 let triangle = model.triangles.get(hit.triangle.0 as usize)?;
                 let receiver = Receiver::at_hit(triangle, &hit, ray.direction())?;

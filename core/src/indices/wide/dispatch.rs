@@ -5,7 +5,7 @@
 //!             +-- AVX2 -----+--> the traversal, compiled for these instructions, with the lanes of `simd::avx2`
 //!             +-- none --------> the traversal, compiled for what the crate is, with the lanes of `simd::portable`
 //! ```
-//! A batch of many rays goes to the wavefront instead, with AVX2 or more; see [`x86_64::MANY`].
+//! A batch of many rays goes to the wavefront instead, with AVX2 or more; see `MANY`.
 //!
 //! # AVX-512
 //! Eight `f32` fill half a register, so AVX-512 gives no new operations here. Its gain: the compiler has 32 registers
@@ -62,11 +62,9 @@ pub(crate) fn traverse_each<T: InEvery, Q: BatchQuery>(
     if level.has_avx2()
         && (x86_64::MANY..=wavefront::MOST).contains(&count)
         && tree.root().link & LEAF_BIT == 0
+        && let Some(room) = Room::of(scratch)
     {
-        return match Room::of(scratch) {
-            Some(room) => x86_64::traverse_many(tree, level, room, count, start, finish),
-            None => x86_64::traverse_many_on_stack(tree, level, count, start, finish),
-        };
+        return x86_64::traverse_many(tree, level, room, count, start, finish);
     }
     let _ = scratch;
     #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
@@ -89,8 +87,6 @@ impl<T: InLanes<Portable> + InLanes<Fastest>> InEvery for T {}
 /// registers are not shared with those of the caller.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86_64 {
-    use bytemuck::Zeroable;
-
     use crate::indices::wide::traversal;
     use crate::indices::wide::tree::InLanes;
     use crate::indices::wide::wavefront::{self, Room};
@@ -102,9 +98,15 @@ mod x86_64 {
     /// flight.
     ///
     /// # Measured
-    /// Speed of the wavefront over four rays in turn, figure 4(b), batches of 16: 0.70, 32: 0.84, 64: 0.95, 128: 1.02,
-    /// 256: 1.04, 1024: 1.09.
-    pub const MANY: usize = 128;
+    /// Speed of the wavefront over four rays in turn, figure 4(b), by the length of the batch:
+    ///
+    /// | rays | 32 | 64 | 128 | 256 | 1024 |
+    /// |---|---|---|---|---|---|
+    /// | speed | 0.90 | 1.01 | 1.05 | 1.09 | 1.15 |
+    ///
+    /// On the stack instead of in a caller's scratch, it is as fast from 256 rays on. But few stacks of fibers hold
+    /// 77 KiB, and a query must not overflow them.
+    pub const MANY: usize = 64;
 
     /// Traverses a tree for each query by the wavefront. The level has AVX2.
     #[inline]
@@ -123,17 +125,6 @@ mod x86_64 {
             // SAFETY: as in `traverse`.
             unsafe { wavefront::avx2::traverse_each(tree, room, count, start, finish) }
         }
-    }
-
-    #[inline(never)]
-    pub fn traverse_many_on_stack<T: InLanes<Avx2>, Q: BatchQuery>(
-        tree: T,
-        level: SimdLevel,
-        count: usize,
-        start: impl Fn(usize) -> Option<Q>,
-        finish: impl FnMut(usize, Hit),
-    ) {
-        traverse_many(tree, level, &mut Room::zeroed(), count, start, finish);
     }
 
     #[inline(never)]
@@ -168,5 +159,42 @@ mod x86_64 {
         finish: impl FnMut(usize, Hit),
     ) {
         traversal::traverse_each::<Avx2, T, Q>(tree, count, start, finish);
+    }
+}
+
+#[cfg(all(test, target_arch = "x86_64", target_feature = "sse2"))]
+mod tests {
+    use crate::Vec3;
+    use crate::geometry::{LaneRay, Ray};
+    use crate::input::SimdLevel;
+    use crate::simd::prepare;
+
+    #[test]
+    fn ordinary_rays_are_prepared_as_by_lane_ray() {
+        if !SimdLevel::detect().has_avx2() {
+            return;
+        }
+        let numbers = [1.0, -1.0, 0.0, 0.3, 1e-13, -1e13, 3e8, -7e-12, 2e11];
+        let number = |at: usize| numbers[at % numbers.len()];
+        for at in 0..9_usize.pow(4) {
+            let direction = Vec3::new(number(at), number(at / 9), number(at / 81));
+            let origin = Vec3::new(number(at / 729), number(at / 27), -number(at / 3));
+            let Ok(ray) = Ray::with_interval(origin, direction, number(at / 5).abs(), 1e30) else {
+                continue;
+            };
+            // SAFETY: the processor has AVX2.
+            let prepared = unsafe { prepare(&ray) };
+            let expected = LaneRay::of(&ray, 0.0).filter(|(_, is_along)| !is_along);
+            let bits = |ray: &LaneRay| bytemuck::bytes_of(ray).to_vec();
+            // The fourth numbers of the inverses are not used.
+            let used = |mut ray: LaneRay| {
+                (ray.enter[3], ray.leave[3], ray.swap[3]) = (0.0, 0.0, 0);
+                bits(&ray)
+            };
+            assert_eq!(prepared.map(used), expected.map(|(ray, _)| used(ray)), "{ray:?}");
+        }
+        let behind = Ray::with_interval(Vec3::ZERO, Vec3::ONE, -1.0, 1.0).expect("a valid ray");
+        // SAFETY: the processor has AVX2.
+        assert!(unsafe { prepare(&behind) }.is_none());
     }
 }

@@ -41,7 +41,7 @@ pub use quantised::{CompactBvh, LeanBvh};
 
 use crate::input::Options;
 
-/// Bytes of scratch with which a batch query needs no more of the stack; 0 where there is no wavefront.
+/// Bytes of scratch that a wavefront takes; 0 where there is none.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) const BATCH_SCRATCH: usize = wavefront::SCRATCH;
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]

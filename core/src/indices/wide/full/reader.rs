@@ -5,8 +5,8 @@ use core::ops::ControlFlow;
 use crate::Vec3;
 use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::indices::wide::rows::{
-    EDGES_ROW, EMPTY, EMPTY_LEAF, IDS_ROW, LANES, LINKS_ROW, ROW_MASK, Row, first_lane, leaf_at,
-    leaf_count, node_at, triangle_at,
+    EDGES_ROW, EMPTY, EMPTY_LEAF, IDS_ROW, LANES, LEAF_ROWS, LINKS_ROW, ROW_MASK, Row, first_lane,
+    leaf_at, leaf_count, node_at, triangle_at,
 };
 use crate::indices::wide::tree::{InLanes, Step, Tree};
 use crate::query::{Query, TriangleId};
@@ -122,6 +122,7 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
 
     #[inline(always)]
     fn prefetch(self, link: u32) {
-        L::prefetch(self.rows, (link & ROW_MASK) as usize);
+        // The lines of a leaf; a node has one less.
+        L::prefetch(self.rows, (link & ROW_MASK) as usize, LEAF_ROWS as usize / 2);
     }
 }

@@ -115,6 +115,7 @@ impl Form for Chunks {
     const HOLDS_TRIANGLES: bool = true;
     const ZEROS: usize = CHUNK_WORDS;
     const OFFSET: u32 = !LEAF_BIT;
+    const LINES: usize = 4;
 
     fn write_node(node: &QuantisedNode, _: usize, offset: usize, words: &mut Words<'_>) -> u32 {
         for (offset, &word) in (offset..).zip(node.words()) {

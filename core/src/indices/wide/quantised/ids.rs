@@ -88,6 +88,7 @@ impl Form for Ids {
     const HOLDS_TRIANGLES: bool = false;
     const ZEROS: usize = WINDOW;
     const OFFSET: u32 = (1 << COUNT_SHIFT) - 1;
+    const LINES: usize = 3;
 
     fn write_node(
         node: &QuantisedNode,

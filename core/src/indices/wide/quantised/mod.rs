@@ -75,6 +75,8 @@ trait Form: Copy + 'static {
     const ZEROS: usize;
     /// The bits of a link that are an offset.
     const OFFSET: u32;
+    /// The number of cache lines to prefetch of what a link leads to.
+    const LINES: usize;
 
     /// Writes a node at the reserved `offset`, and returns the link to it.
     fn write_node(

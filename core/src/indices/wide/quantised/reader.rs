@@ -91,6 +91,12 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
     }
 
     #[inline(always)]
+    fn prefetch(self, link: u32) {
+        // The lines in which a node may lie, and most leaves.
+        L::prefetch(self.words, (link & F::OFFSET) as usize, F::LINES);
+    }
+
+    #[inline(always)]
     fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates {
         F::filter::<L, Q>(self, step.link, ray, last)
     }

@@ -1,10 +1,11 @@
-//! The ends of a ray's way through the wavefront: it gets a slot, and gives its answer.
+//! The ends of a ray's way through the wavefront: it gives its answer, and the next ray gets its slot.
 
-use super::room::{Entry, GAVE_UP, Room, SLOTS, Slot};
+use super::room::{Entry, GAVE_UP, Queue, Room, SLOTS, Slot};
+use crate::geometry::MOST_COORDINATE;
 use crate::indices::wide::traversal::{is_along_flat, walk_in_f64};
 use crate::indices::wide::tree::Tree;
 use crate::query::{BatchQuery, Hit};
-use crate::simd::{PreparedRay, last_t};
+use crate::simd::{PreparedRay, last_t, prepare};
 
 /// Batch of queries, of which some are begun.
 pub(super) struct Batch<S, F> {
@@ -14,56 +15,91 @@ pub(super) struct Batch<S, F> {
     pub finish: F,
 }
 
-impl<S, F> Batch<S, F> {
-    /// Gives the next ray that lanes can trace to a slot, and queues it. Rays that lanes cannot trace are answered at
-    /// once.
-    #[allow(clippy::inline_always)] // as the passes, which are compiled for the instructions of their lanes
-    #[inline(always)]
-    pub fn begin<T: Tree, Q: BatchQuery>(&mut self, tree: T, id: usize, room: &mut Room)
-    where
-        S: Fn(usize) -> Option<Q>,
-        F: FnMut(usize, Hit),
-    {
-        while self.next < self.count {
-            let index = self.next;
-            self.next += 1;
-            let Some(mut query) = (self.start)(index) else { return };
-            let may_hit = || !is_along_flat(tree, query.ray());
-            match PreparedRay::of(query.ray(), tree.largest(), may_hit) {
-                PreparedRay::Lanes(ray) => {
-                    let slot = &mut room.slots[id % SLOTS];
-                    slot.ray = ray;
-                    slot.link = tree.root().link;
-                    slot.index = index as u32;
-                    slot.hit = Hit::NONE;
-                    slot.last = last_t(&query);
-                    slot.height = 1;
-                    slot.stack[0].keys = Entry::BOTTOM.keys;
-                    room.nodes.push_if(id, true);
-                    return;
-                }
-                PreparedRay::F64 => walk_in_f64(tree, &mut query),
-                PreparedRay::Missed => {}
-            }
-            (self.finish)(index, query.answer());
+/// Answers the queries of some slots. `alone` traverses the tree for one query, whose stack was too short.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(super) fn answer<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(usize, Hit)>(
+    slots: &[Slot; SLOTS],
+    ids: &Queue,
+    batch: &mut Batch<S, F>,
+    alone: impl Fn(&mut Q),
+) {
+    for id in ids.ids() {
+        let slot = &slots[id];
+        if slot.index & GAVE_UP == 0 {
+            (batch.finish)(slot.index as usize, slot.hit);
+            continue;
         }
-    }
-
-    /// Answers the query of a slot.
-    #[allow(clippy::inline_always)]
-    #[inline(always)]
-    pub fn end<Q: BatchQuery>(&mut self, slot: &Slot, alone: impl Fn(&mut Q))
-    where
-        S: Fn(usize) -> Option<Q>,
-        F: FnMut(usize, Hit),
-    {
-        let (index, mut hit) = ((slot.index & !GAVE_UP) as usize, slot.hit);
-        if slot.index & GAVE_UP != 0
-            && let Some(mut query) = (self.start)(index)
-        {
+        let index = (slot.index & !GAVE_UP) as usize;
+        if let Some(mut query) = (batch.start)(index) {
             alone(&mut query);
-            hit = query.answer();
+            (batch.finish)(index, query.answer());
         }
-        (self.finish)(index, hit);
     }
+}
+
+/// Begins the next rays of a batch in some slots, while there are any.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(super) fn begin<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(usize, Hit)>(
+    tree: T,
+    room: &mut Room,
+    ids: &Queue,
+    batch: &mut Batch<S, F>,
+) {
+    let Room { slots, nodes, .. } = room;
+    let is_ordinary_scene = tree.largest() <= MOST_COORDINATE;
+    let (root, mut node_count) = (tree.root().link, nodes.count);
+    for id in ids.ids() {
+        if batch.next >= batch.count {
+            break;
+        }
+        let index = batch.next;
+        let Some(query) = (batch.start)(index) else { break };
+        let slot = &mut slots[id];
+        if is_ordinary_scene && let Some(ray) = prepare(query.ray()) {
+            slot.ray = ray;
+            slot.index = index as u32;
+            slot.last = last_t(&query);
+            batch.next += 1;
+        } else if !find_ray(tree, slot, batch) {
+            break;
+        }
+        slot.hit = Hit::NONE;
+        slot.link = root;
+        slot.end();
+        slot.stack[0].keys = Entry::BOTTOM.keys;
+        nodes.put(node_count, id);
+        node_count += 1;
+    }
+    nodes.count = node_count;
+}
+
+/// Finds the next ray that lanes can trace, and prepares it in a slot; false if there is none. Rays that lanes cannot
+/// trace are answered at once.
+#[cold]
+#[inline(never)]
+fn find_ray<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(usize, Hit)>(
+    tree: T,
+    slot: &mut Slot,
+    batch: &mut Batch<S, F>,
+) -> bool {
+    while batch.next < batch.count {
+        let index = batch.next;
+        batch.next += 1;
+        let Some(mut query) = (batch.start)(index) else { return false };
+        let may_hit = || !is_along_flat(tree, query.ray());
+        match PreparedRay::of(query.ray(), tree.largest(), may_hit) {
+            PreparedRay::Lanes(ray) => {
+                slot.ray = ray;
+                slot.index = index as u32;
+                slot.last = last_t(&query);
+                return true;
+            }
+            PreparedRay::F64 => walk_in_f64(tree, &mut query),
+            PreparedRay::Missed => {}
+        }
+        (batch.finish)(index, query.answer());
+    }
+    false
 }

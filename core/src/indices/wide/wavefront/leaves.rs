@@ -75,7 +75,9 @@ fn judge<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F>(
                 slot.hit = FOUND;
                 slot.end();
             } else if t < slot.last || t == slot.last && id < slot.hit.triangle {
-                slot.hit = Hit { triangle: id, t, u, v: clamped(u, v) };
+                // Far from 1, the sum needs no exact arithmetic to be at most 1.
+                let v = if u + v < 0.999 { v } else { clamped(u, v) };
+                slot.hit = Hit { triangle: id, t, u, v };
                 slot.last = t;
             }
         }

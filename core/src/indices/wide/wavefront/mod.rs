@@ -8,16 +8,16 @@
 //!   |                                                               +--> done --renew--+
 //!   +----------------------------------- the next ray of the batch --------------------+
 //! ```
-//! | pass | for each ray | file |
+//! | pass | for each ray that it is about | file |
 //! |---|---|---|
 //! | `test_boxes` | at a node: tests its eight boxes, puts it on the ray's stack | `nodes` |
 //! | `take_children` | takes the nearest child left of the topmost node on the stack, and prefetches it | `nodes` |
-//! | `sort` | that does not enter a node: queues it at a leaf, to take again (`stale`), or as done | `nodes` |
-//! | `renew` | that is done: hands on its answer, and begins the next ray in its slot | `begin` |
+//! | `sort` | queues it at a leaf, to take again (`stale`), or as done | `nodes` |
+//! | `renew` | done: hands on its answer, and begins the next ray in its slot | `begin` |
 //! | `test_leaves` | at a leaf: tests its eight triangles in `f32` | `leaves` |
-//! | `judge` | and each triangle left: decides four pairs at once in `f64` | `leaves` |
+//! | `judge` | with a triangle left: decides four such pairs at once in `f64` | `leaves` |
 //!
-//! - Leaves are tested once eight rays are at leaves, or fewer than eight at nodes.
+//! - Leaves are tested once 16 rays are at leaves, or fewer than 16 at nodes.
 //! - A pass has no branch that depends on a ray. Both queues between which a ray might be put get its id, and one counts
 //!   it. So the processor works on as many rays at once as its buffers hold.
 //! - A ray's order of nodes is that of a single ray. What differs is when a hit shortens it, which changes no answer.
@@ -26,7 +26,34 @@
 //! - `judge` leaves to the kernel whatever its bounds cannot decide, so hits are the same bits.
 //!
 //! # Memory
-//! A [`Room`], of the caller or on the stack. Its length does not depend on the batch.
+//! A [`Room`] of the caller. Its length does not depend on the batch.
+//!
+//! # Measured
+//! Zen 5, 100,000 photon rays, processor time, medians of pairs in turns with Embree's; "turns" are four rays in turn:
+//!
+//! | | 4(b) | city | mesh | city, 1M |
+//! |---|---|---|---|---|
+//! | AVX2, speed over turns | 1.31 | 1.32 | 1.31 | 2.13 |
+//! | AVX2, occluded | 1.32 | 1.31 | 1.26 | 2.08 |
+//! | AVX-512, speed over turns | 1.33 | 1.56 | 1.44 | 2.17 |
+//! | AVX-512, occluded | 1.36 | 1.42 | 1.41 | 2.01 |
+//! | AVX2, compact BVH, speed over turns | 1.29 | 1.24 | 1.33 | 2.2 |
+//! | AVX2, lean BVH, speed over turns | 1.08 | 1.04 | **0.96** | 1.18 |
+//! | instructions a ray, AVX2 | 887 (turns 680) | 1164 (878) | 951 (698) | |
+//!
+//! - The wavefront has more instructions, at 3.9 a cycle instead of 2.7: of simulated branch mispredictions it has 1.5 a
+//!   ray instead of 3.5.
+//! - A prefetch of all five lines of a leaf, instead of the four of a node: 4 to 10%, on a million 20%. Of compact nodes
+//!   and leaves: 17%, on a million 1.7 to 2.4 times.
+//! - Links beside the keys on the stack, so that a child is taken without its node: 7% of the instructions.
+//! - A ray prepared by [`prepare`](crate::simd::prepare): 4% of the instructions.
+//! - A choice of the stale link without a branch, and a hit that is stored by field: 4%.
+//!
+//! # What lost
+//! - Candidates by lane and link, and their triangles gathered when they are judged: the compiler spills all 36 numbers,
+//!   twice the instructions of copying each triangle into its lane of a [`Quad`](crate::simd::Quad).
+//! - On the lean BVH: the gathers of its leaves wait for the mesh, which is not prefetched.
+//! - Waiting for eight leaves instead of 16, with 64 slots: within the noise.
 //!
 //! # Source
 //! The passes follow the wavefronts of path tracers on graphics processors: S. Laine, T. Karras, T. Aila, *Megakernels
@@ -40,10 +67,10 @@ mod room;
 pub(crate) use room::{MOST, Room, SCRATCH};
 
 use begin::Batch;
-use room::{Entry, Queue, SLOTS};
+use room::{Entry, Queue};
 
 /// Number of rays at leaves, from which on leaves are tested; and of rays at nodes, below which leaves are tested.
-const ENOUGH: u32 = 8;
+const ENOUGH: u32 = 16;
 
 /// Compiles the passes for some instructions, each as a function of its own, and the rounds.
 macro_rules! compiled_for {
@@ -98,10 +125,8 @@ macro_rules! compiled_for {
                 batch: &mut Batch<S, F>,
             ) {
                 let done = room.done.take();
-                for id in done.ids() {
-                    batch.end(&room.slots[id % SLOTS], |query| alone(tree, query));
-                    batch.begin(tree, id, room);
-                }
+                begin::answer(&room.slots, &done, batch, |query| alone(tree, query));
+                begin::begin(tree, room, &done, batch);
             }
 
             /// Traverses a tree for each of `count` queries.
@@ -119,10 +144,10 @@ macro_rules! compiled_for {
                     *queue = Queue::EMPTY;
                 }
                 (room.stale, room.done) = (Queue::EMPTY, Queue::EMPTY);
-                for id in 0..SLOTS {
-                    room.slots[id].stack[0] = Entry::BOTTOM;
-                    batch.begin(tree, id, room);
+                for slot in &mut room.slots {
+                    slot.stack[0] = Entry::BOTTOM;
                 }
+                begin::begin(tree, room, &Queue::all(), &mut batch);
                 while room.nodes.count + room.leaves.count + room.stale.count + room.others.count
                     > 0
                 {
