@@ -144,7 +144,9 @@ pub mod kinds {
 
 /// The clusters of a scene, and the tree that joins them.
 pub mod clusters {
-    pub use crate::cluster::{ClusterTree, Clusters, NodeId, TreeNode, find, scratch_capacity};
+    pub use crate::cluster::{
+        ClusterTree, Clusters, NodeId, TreeNode, find, find_with, scratch_capacity,
+    };
 }
 
 /// All that an index of your own needs: the contract, and the tools that keep it exact.

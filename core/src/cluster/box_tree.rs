@@ -5,7 +5,7 @@
 //!        2       3
 //!      4   5   6   7         groups of up to four boxes, in the order of the Morton curve
 //! ```
-//! 1. The boxes are sorted along a Morton curve through their centroids.
+//! 1. The boxes are sorted along a Morton curve through their centroids; a user may rearrange them.
 //! 2. They are grouped by four.
 //! 3. A complete binary tree stands on the groups. It is laid out like a heap: node `i` has the children `2 i` and
 //!    `2 i + 1`, the root is 1, the groups are the last level. A node without boxes has an empty box.
@@ -60,8 +60,9 @@ pub(super) struct Scratch<'a> {
 }
 
 impl<'a> Scratch<'a> {
-    pub fn take(arena: &mut Arena<'a>, count: usize) -> Option<Self> {
-        Some(Self { bytes: arena.take(Self::bytes(count))? })
+    /// Takes some bytes, at least [`Self::bytes`].
+    pub fn take(arena: &mut Arena<'a>, bytes: usize) -> Option<Self> {
+        Some(Self { bytes: arena.take(bytes)? })
     }
 
     pub const fn bytes(count: usize) -> usize {
@@ -72,7 +73,7 @@ impl<'a> Scratch<'a> {
     }
 
     /// The whole memory, to be divided for a phase.
-    fn arena(&mut self) -> Option<Arena<'_>> {
+    pub fn arena(&mut self) -> Option<Arena<'_>> {
         Arena::new(&mut *self.bytes)
     }
 
@@ -86,7 +87,7 @@ impl<'a> Scratch<'a> {
 pub(super) struct BoxTree<'t> {
     boxes: &'t [Aabb],
     nodes: &'t mut [BoxNode],
-    members: &'t mut [u32],
+    members: &'t [u32],
     /// The number of groups, a power of two.
     groups: usize,
 }
@@ -99,13 +100,8 @@ impl<'t> BoxTree<'t> {
         2 * count.div_ceil(GROUP).next_power_of_two()
     }
 
-    /// Builds a tree over `members` (indices into `boxes`), and sorts `members` along the curve. No node has a mark.
-    /// `None` if the scratch is too small.
-    pub fn build(
-        boxes: &'t [Aabb],
-        members: &'t mut [u32],
-        scratch: &'t mut Scratch<'_>,
-    ) -> Option<Self> {
+    /// Sorts `members` (indices into `boxes`) along the curve. `None` if the scratch is too small.
+    pub fn sort(boxes: &[Aabb], members: &mut [u32], scratch: &mut Scratch<'_>) -> Option<()> {
         let count = members.len();
         let mut arena = scratch.arena()?;
         let codes = arena.take::<u64>(count)?;
@@ -135,8 +131,17 @@ impl<'t> BoxTree<'t> {
         // 2. Sort along the curve.
         let mut buffer = SortBuffer::take(&mut Arena::new(rest)?, count)?;
         sort_by_key(codes, members, &mut buffer);
+        Some(())
+    }
 
-        // 3. Join the boxes upwards.
+    /// Builds a tree over `members` (indices into `boxes`) in their order, best that of [`BoxTree::sort`]. No node has a
+    /// mark. `None` if the scratch is too small.
+    pub fn build(
+        boxes: &'t [Aabb],
+        members: &'t [u32],
+        scratch: &'t mut Scratch<'_>,
+    ) -> Option<Self> {
+        let count = members.len();
         let nodes = scratch.arena()?.take::<BoxNode>(Self::node_count(count))?;
         nodes.fill(BoxNode { bounds: Aabb::EMPTY, mark: Self::NO_MARK });
         let groups = nodes.len() / 2;

@@ -51,7 +51,7 @@ pub(crate) fn join(nodes: &mut [ClusterNode], count: usize, scratch: &mut [u8]) 
     let members = arena.take::<u32>(count)?;
     let partner = arena.take::<u32>(count)?;
     let position_of = arena.take::<u32>(count)?;
-    let mut scratch = Scratch::take(&mut arena, count)?;
+    let mut scratch = Scratch::take(&mut arena, Scratch::bytes(count))?;
 
     for (id, slot) in (0..).zip(active.iter_mut()) {
         *slot = id;
@@ -124,6 +124,7 @@ fn pair_up(
         *slot = at;
     }
     partner.fill(NONE);
+    BoxTree::sort(boxes, members, scratch)?;
     let mut tree = BoxTree::build(boxes, members, scratch)?;
     for (position, &member) in (0..).zip(tree.members()) {
         *position_of.get_mut(member as usize)? = position;

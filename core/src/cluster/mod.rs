@@ -13,15 +13,19 @@
 //! Mediante Agrupaciones de Objetos*, for the tree.
 
 mod box_tree;
+mod corners;
+mod dual_join;
 mod join;
+mod near;
 mod node;
 mod proximity;
 mod size_class;
 mod tree;
+mod union_find;
 
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Box4};
-use crate::input::{Mesh, Options, Scene};
+use crate::input::{Executor, Mesh, Options, Scene, Sequential};
 use crate::memory::{Arena, put, size_of_slice};
 
 pub(crate) use join::{join, join_bytes};
@@ -100,6 +104,21 @@ pub fn find<'s>(
     options: &Options,
     scratch: &'s mut [u8],
 ) -> Result<Clusters<'s>, BuildError> {
+    find_with(scene, options, scratch, &Sequential)
+}
+
+/// Finds the clusters of a scene, as [`find`] does and with the same result, with the help of an executor.
+///
+/// Boxes are compared in branches that may run in parallel; sizes and corners are not.
+///
+/// # Errors
+/// The errors of [`find`].
+pub fn find_with<'s>(
+    scene: &Scene<'_>,
+    options: &Options,
+    scratch: &'s mut [u8],
+    executor: &impl Executor,
+) -> Result<Clusters<'s>, BuildError> {
     scene.check()?;
     options.check()?;
     let (needed, given) = (scratch_capacity(scene.triangles.len()), scratch.len());
@@ -109,7 +128,7 @@ pub fn find<'s>(
     }
     let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
     let classes = arena.take::<u32>(scene.triangles.len()).ok_or(full)?;
-    Ok(detect(scene, options, classes, arena).ok_or(full)?.0)
+    Ok(detect(scene, options, classes, arena, executor).ok_or(full)?.0)
 }
 
 /// Scratch bytes that a partition of `triangle_count` triangles occupies as long as it is used, without the classes.
@@ -126,7 +145,7 @@ pub(crate) const fn whole_bytes(triangle_count: usize) -> usize {
 pub(crate) const fn detect_bytes(count: usize) -> usize {
     size_of_slice::<Aabb>(count)
         .saturating_add(size_of_slice::<u32>(count))
-        .saturating_add(box_tree::Scratch::bytes(count))
+        .saturating_add(proximity::scratch_bytes(count))
 }
 
 /// Makes the partition into a single cluster (none for an empty scene), and returns the scratch that is left.
@@ -152,12 +171,13 @@ pub(crate) fn detect<'s>(
     options: &Options,
     classes: &'s mut [u32],
     mut arena: Arena<'s>,
+    executor: &impl Executor,
 ) -> Option<(Clusters<'s>, &'s mut [u8])> {
     let count = scene.triangles.len();
     let order = arena.take::<u32>(count)?;
     let ends = arena.take::<u32>(count)?;
     let rest = arena.into_rest();
-    let found = divide(scene, options, order, ends, classes, Arena::new(&mut *rest)?)?;
+    let found = divide(scene, options, order, ends, classes, Arena::new(&mut *rest)?, executor)?;
     let ends = ends.get(..found.cluster_count as usize)?;
     let classes = classes.get(..found.cluster_count as usize).unwrap_or_default();
     Some((Clusters { order, ends, classes, class_count: found.class_count }, rest))
@@ -179,6 +199,7 @@ fn divide(
     ends: &mut [u32],
     classes: &mut [u32],
     mut arena: Arena<'_>,
+    executor: &impl Executor,
 ) -> Option<ClusterCounts> {
     let triangles = scene.triangles;
     let count = triangles.len();
@@ -196,30 +217,38 @@ fn divide(
         }
     }
 
-    // 2. Divide the primitives into size classes, then find the connected components of each class.
+    // 2. Divide the primitives into size classes.
     let (class_of, sorted) = (order, ends);
     let component = arena.take::<u32>(count)?;
     for (id, slot) in (0..).zip(component.iter_mut()) {
         *slot = id;
     }
-    let mut scratch = box_tree::Scratch::take(&mut arena, count)?;
+    let mut scratch = box_tree::Scratch::take(&mut arena, proximity::scratch_bytes(count))?;
     let (keys, mut buffer) = scratch.sorting(count)?;
     let size_classes = size_class::divide(boxes, options, keys, sorted, &mut buffer);
     let mut first = 0;
-    let mut class_count = 0;
+    let class_count = size_classes.len() as u32;
+    for (number, class) in (0..).zip(&size_classes) {
+        let members = sorted.get(first..class.end)?;
+        first = class.end;
+        for &member in members {
+            *class_of.get_mut(member as usize)? = number;
+        }
+    }
+
+    // 3. Find the connected components of each class.
+    let table = bytemuck::must_cast_slice_mut(scratch.sorting(count)?.0);
+    corners::join_at_corners(triangles, primitive_of, class_of, component, table);
+    let mut first = 0;
     for class in size_classes {
         let members = sorted.get_mut(first..class.end)?;
         first = class.end;
-        for &member in members.iter() {
-            *class_of.get_mut(member as usize)? = class_count;
-        }
-        class_count += 1;
         let proximity = f64::from(options.proximity);
         let delta_squared = proximity * proximity * class.typical_size_squared;
-        proximity::connect(boxes, members, delta_squared, component, &mut scratch)?;
+        proximity::connect(boxes, members, delta_squared, component, &mut scratch, executor)?;
     }
 
-    // 3. Number the components in the order of their lowest triangle, and list the triangles of each.
+    // 4. Number the components in the order of their lowest triangle, and list the triangles of each.
     let (order, ends) = (class_of, sorted);
     let number_of: &mut [u32] = bytemuck::must_cast_slice_mut(boxes);
     number_of.fill(u32::MAX);
@@ -227,7 +256,7 @@ fn divide(
     ends.fill(0);
     for at in 0..count {
         let primitive = primitive_of(at) as u32;
-        let root = proximity::root(component, primitive) as usize;
+        let root = union_find::root(component, primitive) as usize;
         let number = number_of.get_mut(root)?;
         if *number == u32::MAX {
             *number = cluster_count;
@@ -242,7 +271,7 @@ fn divide(
         sum += core::mem::replace(end, sum);
     }
     for at in 0..count {
-        let root = proximity::root(component, primitive_of(at) as u32) as usize;
+        let root = union_find::root(component, primitive_of(at) as u32) as usize;
         let offset = ends.get_mut(*number_of.get(root)? as usize)?;
         *order.get_mut(*offset as usize)? = at as u32;
         *offset += 1;

@@ -130,8 +130,8 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// Builds an index, as [`Index::build`] does and with the same bytes, with the help of an executor.
     ///
-    /// The wide, compact and lean BVH partition their triangles in branches that may run in parallel. Clusters, and all
-    /// other indices, are built sequentially.
+    /// The wide, compact and lean BVH partition their triangles in branches that may run in parallel, and so does the
+    /// search for clusters with their boxes. All other indices are built sequentially.
     ///
     /// # Errors
     /// The errors of [`Index::build`].
@@ -174,7 +174,7 @@ impl<'a, R: Representation> Index<'a, R> {
 
         // 1. Partition the triangles into clusters.
         let (clusters, scratch) = if R::CLUSTERED {
-            cluster::detect(scene, options, &mut [], scratch).ok_or(scratch_full)?
+            cluster::detect(scene, options, &mut [], scratch, executor).ok_or(scratch_full)?
         } else {
             cluster::whole(scene, scratch).ok_or(scratch_full)?
         };

@@ -1,0 +1,66 @@
+//! Fragments: primitives that share corners, joined before any boxes are compared.
+//!
+//! The boxes of two triangles with a common corner touch, so they are near at any proximity. In a mesh nearly all
+//! neighbours share corners, so what is left to compare are a few hundred fragments instead of all triangles.
+//!
+//! Corners are looked up in a table without chains: each slot holds the last corner with its hash. A corner that another
+//! one displaced is missed, which only leaves more fragments to compare. So the work is the same for any scene.
+//!
+//! # Measured
+//! - Fragments after a table of one to two slots a triangle: one in the mesh, 3 in figure 4(b), a few hundred in a city
+//!   of 71,000 triangles and in a district of 65,000. Neighbours on the curve alone leave 3,000 to 14,000.
+
+use super::union_find::unite;
+use crate::geometry::Triangle;
+use crate::input::Mesh;
+
+/// An empty slot.
+const NONE: u32 = u32::MAX;
+
+/// Joins the components of primitives of the same class that share a corner. `table` has at least one slot, of any
+/// content.
+pub(super) fn join_at_corners(
+    triangles: Mesh<'_>,
+    primitive_of: impl Fn(usize) -> usize,
+    class_of: &[u32],
+    component: &mut [u32],
+    table: &mut [u32],
+) {
+    let slots = 1 << table.len().checked_ilog2().unwrap_or(0);
+    let table = table.get_mut(..slots).unwrap_or_default();
+    table.fill(NONE);
+    // The highest bits of a product are those that all bits of the factors reach.
+    let shift = u64::BITS - slots.trailing_zeros();
+    for (at, triangle) in triangles.iter().enumerate() {
+        let primitive = primitive_of(at);
+        for (corner, bits) in (0..).zip(corners(&triangle)) {
+            let hash = bits
+                .iter()
+                .fold(0_u64, |hash, &bits| (hash ^ u64::from(bits)).wrapping_mul(MULTIPLIER));
+            let slot = hash.checked_shr(shift).unwrap_or(0) as usize;
+            let Some(slot) = table.get_mut(slot) else { continue };
+            let last = core::mem::replace(slot, 3 * at as u32 + corner);
+            if last == NONE {
+                continue;
+            }
+            let other = primitive_of((last / 3) as usize);
+            let is_known = component.get(other) == component.get(primitive);
+            if is_known || class_of.get(other) != class_of.get(primitive) {
+                continue;
+            }
+            let found = triangles.get(last / 3).map(|triangle| corners(&triangle));
+            if found.is_some_and(|corners| corners[(last % 3) as usize] == bits) {
+                unite(component, primitive as u32, other as u32);
+            }
+        }
+    }
+}
+
+/// An odd number whose bits look random: 2^64 over the golden ratio.
+const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// The coordinates of the corners, as bits that are equal if the numbers are.
+fn corners(triangle: &Triangle) -> [[u32; 3]; 3] {
+    // Adding 0.0 turns -0.0 into 0.0.
+    [triangle.a, triangle.b, triangle.c].map(|corner| (corner + 0.0).to_array().map(f32::to_bits))
+}

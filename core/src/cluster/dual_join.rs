@@ -1,0 +1,305 @@
+//! Join of a tree of boxes with itself, which finds the components of "boxes at most delta apart".
+//!
+//! ```text
+//! boxes:  a a a a b b b c c d d d d d ...     the caller's order; fragments, which are one component already, are runs
+//! nodes:  complete binary tree over groups of eight, each node in front of its two subtrees
+//! ```
+//! 1. [`within`](Join::within) a node: join the boxes of either child, then those of one child with those of the other.
+//! 2. [`between`](Join::between) two nodes that are at most delta apart: descend into all four pairs of children, down to
+//!    pairs of groups, which are compared box by box.
+//! 3. A node is marked once all boxes below it are known to be in one component. Two marked nodes of one component need
+//!    no descent.
+//!
+//! Because of step 3, many boxes in one place cost no more than few. The answer is that of comparing all pairs.
+//!
+//! A subtree's nodes are a run, and so are its boxes. If fragments are runs too, step 1 needs nothing else, so an executor
+//! may run both children of a node in parallel. Components are sets, whatever the order in which they grow, so the answer
+//! is the same.
+//!
+//! # What lost
+//! - Groups of four: twice as many pairs of nodes, half as many pairs of boxes, which cost less.
+//!
+//! # Source
+//! A. Gray, A. Moore, *N-Body Problems in Statistical Learning*, 2000, for pairs of nodes.
+
+use super::near::Nearness;
+use super::union_find::{root_from, unite_from};
+use crate::geometry::Box4;
+use crate::input::Executor;
+use crate::memory::put;
+
+/// Number of boxes in a group.
+const GROUP: usize = 8;
+/// Number of boxes from which on subtrees are offered to the executor.
+const LARGE: usize = 4096;
+/// The mark of a node whose boxes are not known to be in one component.
+const NO_MARK: u32 = u32::MAX;
+
+/// The fourth lower component of a box that is in the fragment of the one before; 0 for all others.
+pub(super) const CONTINUES: f32 = 1.0;
+
+/// The number of levels above the groups of `count` boxes.
+const fn height_of(count: usize) -> u32 {
+    count.div_ceil(GROUP).next_power_of_two().trailing_zeros()
+}
+
+/// The number of nodes over `count` boxes.
+pub(super) const fn node_count(count: usize) -> usize {
+    (2 << height_of(count)) - 1
+}
+
+/// Node of the tree.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    /// The index of the node. Its left subtree follows, then its right one.
+    at: usize,
+    /// The number of levels below; 0 for a group.
+    height: u32,
+    /// The index of the first box below.
+    first: usize,
+}
+
+impl Node {
+    /// The root over `count` boxes.
+    pub const fn root(count: usize) -> Self {
+        Self { at: 0, height: height_of(count), first: 0 }
+    }
+
+    /// The two children; `None` for a group.
+    fn children(self) -> Option<[Self; 2]> {
+        let height = self.height.checked_sub(1)?;
+        let left = Self { at: self.at + 1, height, first: self.first };
+        // A subtree of `height` has 2^(height + 1) - 1 nodes.
+        let right =
+            Self { at: self.at + (2 << height), height, first: self.first + (GROUP << height) };
+        Some([left, right])
+    }
+
+    /// The boxes below, of `count` in all.
+    fn range(self, count: usize) -> core::ops::Range<usize> {
+        let end = self.first + (GROUP << self.height);
+        self.first.min(count)..end.min(count)
+    }
+}
+
+/// Computes the boxes of all nodes below a node, and the sum of their volumes, each side longer by `delta`: roughly, how
+/// often nodes are near to others. The recursion is as deep as the tree, at most 27 levels.
+pub(super) fn fill(nodes: &mut [Box4], boxes: &[Box4], node: Node, delta: f64) -> (Box4, f64) {
+    let (bounds, below) = if let Some(children) = node.children() {
+        let [left, right] = children.map(|child| fill(nodes, boxes, child, delta));
+        (left.0.union(right.0), left.1 + right.1)
+    } else {
+        let boxes = boxes.get(node.range(boxes.len())).unwrap_or(&[]);
+        (boxes.iter().fold(Box4::EMPTY, |all, &one| all.union(one)), 0.0)
+    };
+    put(nodes, node.at, bounds);
+    let [x, y, z] = bounds.aabb().extent().map(|side| side + delta);
+    (bounds, below + x * y * z)
+}
+
+/// Join of a tree with itself.
+pub(super) struct Join<'j> {
+    pub boxes: &'j [Box4],
+    pub nodes: &'j [Box4],
+    pub near: Nearness,
+    /// True if fragments are runs of boxes. If they are not, subtrees share them.
+    pub is_by_fragment: bool,
+}
+
+/// What the join of a subtree changes.
+pub(super) struct Part<'p> {
+    /// For each node a box in the component that all boxes below it belong to, once that is known.
+    marks: &'p mut [u32],
+    /// Union-find over the boxes.
+    parents: &'p mut [u32],
+    /// The node of the first mark.
+    at: usize,
+    /// The box of the first parent.
+    first: usize,
+}
+
+impl<'p> Part<'p> {
+    /// The part of the whole tree: nothing is marked, and `parents` are those of the fragments.
+    pub fn whole(marks: &'p mut [u32], parents: &'p mut [u32]) -> Self {
+        marks.fill(NO_MARK);
+        Self { marks, parents, at: 0, first: 0 }
+    }
+
+    /// The lowest box of an element's component.
+    pub fn root(&mut self, element: u32) -> u32 {
+        root_from(self.parents, self.first, element)
+    }
+
+    fn unite(&mut self, a: usize, b: usize) -> bool {
+        unite_from(self.parents, self.first, a as u32, b as u32)
+    }
+
+    fn parent(&self, element: usize) -> Option<&u32> {
+        self.parents.get(element.wrapping_sub(self.first))
+    }
+
+    fn mark(&self, node: Node) -> u32 {
+        self.marks.get(node.at.wrapping_sub(self.at)).copied().unwrap_or(NO_MARK)
+    }
+
+    fn set_mark(&mut self, node: Node, mark: u32) {
+        put(self.marks, node.at.wrapping_sub(self.at), mark);
+    }
+
+    /// Returns a box of the component that `a` and `b` have in common, else [`NO_MARK`].
+    fn common(&mut self, a: u32, b: u32) -> u32 {
+        let known = a != NO_MARK && b != NO_MARK;
+        if known && (a == b || self.root(a) == self.root(b)) { a } else { NO_MARK }
+    }
+
+    /// Divides the part of a node into those of its children.
+    fn split(&mut self, node: Node, [left, right]: [Node; 2]) -> Option<[Part<'_>; 2]> {
+        let marks = self.marks.get_mut(node.at.wrapping_sub(self.at)..)?;
+        let (_, marks) = marks.split_at_mut_checked(left.at - node.at)?;
+        let (of_left, of_right) = marks.split_at_mut_checked(right.at - left.at)?;
+        let parents = self.parents.get_mut(node.first.wrapping_sub(self.first)..)?;
+        let (below_left, below_right) = parents.split_at_mut_checked(right.first - left.first)?;
+        Some([
+            Part { marks: of_left, parents: below_left, at: left.at, first: left.first },
+            Part { marks: of_right, parents: below_right, at: right.at, first: right.first },
+        ])
+    }
+}
+
+impl Join<'_> {
+    /// Joins the near boxes below a node. The recursion is as deep as the tree.
+    pub fn within(&self, part: &mut Part<'_>, node: Node, executor: &impl Executor) {
+        let range = node.range(self.boxes.len());
+        if range.is_empty() {
+            return;
+        }
+        if let Some([left, right]) = node.children() {
+            // 1. Join the boxes below each child; those of many in parallel.
+            if self.is_by_fragment
+                && range.len() >= LARGE
+                && let Some([mut below_left, mut below_right]) = part.split(node, [left, right])
+            {
+                executor.join(
+                    || self.within(&mut below_left, left, executor),
+                    || self.within(&mut below_right, right, executor),
+                );
+            } else {
+                self.within(part, left, executor);
+                self.within(part, right, executor);
+            }
+            // 2. A fragment may lie across the middle.
+            self.continue_fragment(part, right.first);
+            self.between(part, left, right);
+        } else {
+            for one in range.clone() {
+                if one > range.start {
+                    self.continue_fragment(part, one);
+                }
+            }
+            for one in range.clone() {
+                for other in one + 1..range.end {
+                    self.join_near(part, one, other);
+                }
+            }
+        }
+        self.renew_mark(part, node);
+    }
+
+    /// Joins a box with the one before, if both are of one fragment.
+    fn continue_fragment(&self, part: &mut Part<'_>, at: usize) {
+        if self.boxes.get(at).is_some_and(|bounds| bounds.lo.w == CONTINUES) {
+            part.unite(at.saturating_sub(1), at);
+        }
+    }
+
+    /// Joins the boxes below `a` with the near boxes below `b`, a node of the same level. Tells whether any of them had
+    /// been in different components. The recursion is as deep as the tree.
+    fn between(&self, part: &mut Part<'_>, a: Node, b: Node) -> bool {
+        // 1. Prune: the nodes are too far apart. The box of a node without boxes is far from all.
+        let (Some(box_a), Some(box_b)) = (self.nodes.get(a.at), self.nodes.get(b.at)) else {
+            return false;
+        };
+        if !self.near.holds(box_a, box_b) {
+            return false;
+        }
+        // 2. Prune: all boxes below both nodes are in one component. That is looked up if at least one node is marked:
+        // the boxes below the other may have been joined by way of other nodes. Where neither is marked, they seldom
+        // are.
+        let is_marked = part.mark(a) != NO_MARK || part.mark(b) != NO_MARK;
+        if is_marked && self.are_one(part, a, b) {
+            return false;
+        }
+        // 3. Descend into the four pairs of children, or compare the boxes of two groups.
+        let joined = if let (Some([a0, a1]), Some([b0, b1])) = (a.children(), b.children()) {
+            // The pair of neighbours on the curve comes first: once it is joined, the others are often pruned.
+            let mut joined = self.between(part, a1, b0);
+            joined |= self.between(part, a0, b0);
+            joined |= self.between(part, a1, b1);
+            joined | self.between(part, a0, b1)
+        } else {
+            self.members_between(part, a, b)
+        };
+        // 4. Mark the nodes, if they have become one component each.
+        if joined {
+            self.renew_mark(part, a);
+            self.renew_mark(part, b);
+        }
+        joined
+    }
+
+    /// Joins the near boxes of two groups, and tells whether any had been in different components.
+    fn members_between(&self, part: &mut Part<'_>, a: Node, b: Node) -> bool {
+        let all_of_b = self.nodes.get(b.at).unwrap_or(&Box4::EMPTY);
+        let mut joined = false;
+        for one in a.range(self.boxes.len()) {
+            if self.boxes.get(one).is_some_and(|bounds| self.near.holds(bounds, all_of_b)) {
+                for other in b.range(self.boxes.len()) {
+                    joined |= self.join_near(part, one, other);
+                }
+            }
+        }
+        joined
+    }
+
+    /// Joins the components of two boxes if the boxes are near, and tells whether the components were different.
+    fn join_near(&self, part: &mut Part<'_>, a: usize, b: usize) -> bool {
+        if part.parent(a) == part.parent(b) {
+            return false;
+        }
+        let (Some(box_a), Some(box_b)) = (self.boxes.get(a), self.boxes.get(b)) else {
+            return false;
+        };
+        self.near.holds(box_a, box_b) && part.unite(a, b)
+    }
+
+    /// Tells whether all boxes below both nodes are known to be in one component.
+    fn are_one(&self, part: &mut Part<'_>, a: Node, b: Node) -> bool {
+        let mark = self.renew_mark(part, a);
+        if mark == NO_MARK {
+            return false;
+        }
+        let other = self.renew_mark(part, b);
+        part.common(mark, other) != NO_MARK
+    }
+
+    /// Marks a node if its boxes are known to be in one component, and returns its mark.
+    fn renew_mark(&self, part: &mut Part<'_>, node: Node) -> u32 {
+        // 1. A mark stays: components only grow.
+        let known = part.mark(node);
+        if known != NO_MARK {
+            return known;
+        }
+        let mark = if let Some([left, right]) = node.children() {
+            // 2. An inner node takes the component that its children have in common. The boxes fill it from the left.
+            let mark = part.mark(left);
+            if right.first < self.boxes.len() { part.common(mark, part.mark(right)) } else { mark }
+        } else {
+            // 3. A group takes the component that its boxes have in common.
+            let range = node.range(self.boxes.len());
+            let first = range.start as u32;
+            range.fold(first, |mark, member| part.common(mark, member as u32))
+        };
+        part.set_mark(node, mark);
+        mark
+    }
+}
