@@ -10,15 +10,15 @@
 //! 3. A complete binary tree stands on the groups. It is laid out like a heap: node `i` has the children `2 i` and
 //!    `2 i + 1`, the root is 1, the groups are the last level. A node without boxes has an empty box.
 //!
-//! The curve takes the rank of a centroid on each axis, not its coordinate. So one box far away, or gaps of very
-//! different widths, do not put all other boxes into one cell of the curve.
+//! The curve takes the cell of a centroid in a grid. If a cell holds many centroids, it takes the ranks of the centroids
+//! on each axis instead. So one box far away, or gaps of very different widths, do not put all other boxes into one cell.
 //!
 //! # Source
 //! Morton order: G. M. Morton 1966; C. Lauterbach et al., *Fast BVH Construction on GPUs*, 2009.
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::geometry::Aabb;
+use crate::geometry::{Aabb, Box4};
 use crate::memory::{Arena, SortBuffer, size_of_slice, sort_by_key, sort_by_upper_half};
 
 /// Number of boxes in a group. Fewer make more nodes, more make more comparisons.
@@ -102,6 +102,47 @@ impl<'t> BoxTree<'t> {
 
     /// Sorts `members` (indices into `boxes`) along the curve. `None` if the scratch is too small.
     pub fn sort(boxes: &[Aabb], members: &mut [u32], scratch: &mut Scratch<'_>) -> Option<()> {
+        if Self::sort_by_cells(boxes, members, scratch)? {
+            return Some(());
+        }
+        Self::sort_by_ranks(boxes, members, scratch)
+    }
+
+    /// Sorts along the curve through a grid of [`CELLS`] an axis. Tells whether no cell is [`CROWDED`].
+    fn sort_by_cells(
+        boxes: &[Aabb],
+        members: &mut [u32],
+        scratch: &mut Scratch<'_>,
+    ) -> Option<bool> {
+        let count = members.len();
+        let mut arena = scratch.arena()?;
+        let keys = arena.take::<u64>(count)?;
+        let mut buffer = SortBuffer::take(&mut arena, count)?;
+        let centre_of = |member: u32| boxes.get(member as usize).unwrap_or(&Aabb::EMPTY).centre();
+        // 1. The grid lies over all centroids.
+        let all = members
+            .iter()
+            .fold(Box4::EMPTY, |all, &member| all.union(Box4::at(centre_of(member).extend(0.0))));
+        let longest = all.aabb().extent().into_iter().fold(0.0, |a, b| if b > a { b } else { a });
+        let scale = if longest > 0.0 { CELLS as f64 / longest } else { 0.0 };
+        let [x0, y0, z0, _] = all.lo.to_array().map(f64::from);
+        for (key, &member) in keys.iter_mut().zip(members.iter()) {
+            let [x, y, z] = centre_of(member).to_array().map(f64::from);
+            let cell = |offset: f64| ((offset * scale) as u64).min(CELLS - 1);
+            let cells = [cell(x - x0), cell(y - y0), cell(z - z0)];
+            let [x, y, z] = cells.map(spread);
+            *key = x | y << 1 | z << 2;
+        }
+        // 2. Sort, and look for crowds.
+        sort_by_key(keys, members, &mut buffer);
+        if keys.iter().zip(keys.iter().skip(CROWDED)).any(|(key, next)| key == next) {
+            return Some(false);
+        }
+        Some(true)
+    }
+
+    /// Sorts along the curve through the ranks of the centroids on each axis. `None` if the scratch is too small.
+    fn sort_by_ranks(boxes: &[Aabb], members: &mut [u32], scratch: &mut Scratch<'_>) -> Option<()> {
         let count = members.len();
         let mut arena = scratch.arena()?;
         let codes = arena.take::<u64>(count)?;
@@ -228,6 +269,17 @@ impl<'t> BoxTree<'t> {
         self.boxes.get(member as usize).unwrap_or(&Aabb::EMPTY)
     }
 }
+
+/// Number of cells of the grid along each axis.
+const CELLS: u64 = 1 << 16;
+
+/// Number of centroids in a cell of the grid that are too many. They are in no order, so comparing them with each other
+/// takes as many steps for each.
+///
+/// # Measured
+/// - Ranks take three more sorts: in a district of 65,000 triangles, a quarter of the instructions of finding clusters.
+/// - Cells that are as flat as the scene made twice as many pairs of near nodes in a city.
+const CROWDED: usize = 64;
 
 /// Bits of a rank on the Morton curve, for each axis.
 const CURVE_BITS: u32 = 21;
