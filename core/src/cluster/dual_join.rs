@@ -249,12 +249,24 @@ impl Join<'_> {
 
     /// Joins the near boxes of two groups, and tells whether any had been in different components.
     fn members_between(&self, part: &mut Part<'_>, a: Node, b: Node) -> bool {
-        let all_of_b = self.nodes.get(b.at).unwrap_or(&Box4::EMPTY);
+        let box_of = |node: Node| self.nodes.get(node.at).unwrap_or(&Box4::EMPTY);
+        let (all_of_a, all_of_b) = (box_of(a), box_of(b));
+        // Only boxes that are near to the whole other group are compared one by one.
+        let is_near = |member: usize, all: &Box4| {
+            self.boxes.get(member).is_some_and(|bounds| self.near.holds(bounds, all))
+        };
+        let of_b = b.range(self.boxes.len());
+        let candidates = (0_u32..)
+            .zip(of_b.clone())
+            .fold(0_u32, |set, (bit, other)| set | u32::from(is_near(other, all_of_a)) << bit);
         let mut joined = false;
+        if candidates == 0 {
+            return joined;
+        }
         for one in a.range(self.boxes.len()) {
-            if self.boxes.get(one).is_some_and(|bounds| self.near.holds(bounds, all_of_b)) {
-                for other in b.range(self.boxes.len()) {
-                    joined |= self.join_near(part, one, other);
+            if is_near(one, all_of_b) {
+                for (bit, other) in (0_u32..).zip(of_b.clone()) {
+                    joined |= candidates >> bit & 1 == 1 && self.join_near(part, one, other);
                 }
             }
         }
