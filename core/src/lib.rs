@@ -118,6 +118,7 @@ pub use input::{
 };
 pub use memory::{Aligned, Block};
 pub use query::{AllHits, Counters, Hit, TriangleId};
+pub use simd::Work;
 pub use structure::Statistics;
 
 /// The indices, as types: what an [`Index`] is made of at compile time. At run time, [`IndexKind`] names them.

@@ -4,6 +4,7 @@
 //! lanes       the trait of tests of eight, and the numbers of lanes     <- portable, avx2
 //! leaf_test   the triangles that a leaf names                           <- avx2_leaf
 //! candidates  what lanes leave in doubt, decided one by one
+//! work        loops of a caller, compiled for each level
 //! ```
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
@@ -18,6 +19,7 @@ mod candidates;
 mod lanes;
 mod leaf_test;
 pub(crate) mod portable;
+mod work;
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub(crate) use avx2::{Avx2, Avx2 as Fastest};
@@ -33,3 +35,4 @@ pub(crate) use leaf_test::{test_each, test_triangles};
 pub(crate) use portable::Portable;
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 pub(crate) use portable::Portable as Fastest;
+pub use work::Work;
