@@ -53,11 +53,18 @@ impl Vector64 {
         self.dot(self).sqrt()
     }
 
-    /// Returns the largest absolute value of a coordinate.
+    /// Returns the largest absolute value of a coordinate. NaN in a coordinate gives an arbitrary value.
     #[inline]
     pub fn largest(self) -> f64 {
-        self.x.abs().max(self.y.abs()).max(self.z.abs())
+        greater(greater(self.x.abs(), self.y.abs()), self.z.abs())
     }
+}
+
+/// Returns the greater of two numbers: one instruction, where `f64::max` has to look for NaN. If either is NaN, the
+/// second one.
+#[inline]
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 impl From<Vec3> for Vector64 {

@@ -33,25 +33,58 @@ const MOST_ATTEMPTS: u32 = 64;
 /// disc.
 #[inline]
 pub(crate) fn cosine_direction(normal: Vector64, random: &mut PhotonRandom) -> Vector64 {
-    for _ in 0..MOST_ATTEMPTS {
+    later_direction(normal, random, 0)
+}
+
+/// Draws as [`cosine_direction`] does, after `tried` points that lie outside the disc.
+#[inline]
+pub(super) fn later_direction(normal: Vector64, random: &mut PhotonRandom, tried: u32) -> Vector64 {
+    for _ in tried..MOST_ATTEMPTS {
         let x = 2.0 * f64::from(random.uniform()) - 1.0;
         let y = 2.0 * f64::from(random.uniform()) - 1.0;
-        let square = x * x + y * y;
-        if square < 1.0 {
-            let cosine = (1.0 - square).sqrt();
-            let cosine = if cosine < LEAST_COSINE { LEAST_COSINE } else { cosine };
-            let (tangent, bitangent) = tangents(normal);
-            return tangent * x + bitangent * y + normal * cosine;
+        if square_of(x, y) < 1.0 {
+            return Frame::around(normal).lifted(x, y);
         }
     }
     normal
+}
+
+/// Computes the square of a point's distance from the middle of the disc.
+#[inline(always)]
+pub(super) fn square_of(x: f64, y: f64) -> f64 {
+    x * x + y * y
+}
+
+/// Orthonormal frame around a normal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    tangent: Vector64,
+    bitangent: Vector64,
+    normal: Vector64,
+}
+
+impl Frame {
+    /// Makes the frame of [`tangents`] around a unit vector.
+    #[inline(always)]
+    pub fn around(normal: Vector64) -> Self {
+        let (tangent, bitangent) = tangents(normal);
+        Self { tangent, bitangent, normal }
+    }
+
+    /// Lifts a point of the unit disc to the hemisphere.
+    #[inline(always)]
+    pub fn lifted(&self, x: f64, y: f64) -> Vector64 {
+        let cosine = (1.0 - square_of(x, y)).sqrt();
+        let cosine = if cosine < LEAST_COSINE { LEAST_COSINE } else { cosine };
+        self.tangent * x + self.bitangent * y + self.normal * cosine
+    }
 }
 
 /// Computes two unit vectors orthogonal to a unit vector and to each other (Duff et al., listing 3).
 ///
 /// The divisor's absolute value is at least 1. The only branch is on the sign of z; -0.0 and 0.0 give different frames,
 /// and both are orthonormal.
-#[inline]
+#[inline(always)]
 pub(crate) fn tangents(normal: Vector64) -> (Vector64, Vector64) {
     let sign = 1.0_f64.copysign(normal.z);
     let a = -1.0 / (sign + normal.z);

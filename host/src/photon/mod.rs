@@ -2,13 +2,16 @@
 //!
 //! ```text
 //! random (seed, photon) -+-> emission -> trace <-> index             one photon
-//! hemisphere, offset ----+                 |
-//!                                      stream                        many photons, on all processors
-//!                                        shoot -> Shot, Digest
+//! hemisphere, offset ----+      |          |
+//!                             lanes -----> wave <-> index            as many as a batch of rays has
+//!                                          stream                    all photons, on all processors
+//!                                          shoot -> Shot, Digest
 //! ```
 //!
 //! Every result is a function of the model and the options. It does not depend on the index, the threads or the
 //! machine. Only `+ - * / sqrt` are used on floats.
+// A loop over lanes is turned into vectors only if all that it calls is inlined, and has no branch; see `lanes`.
+#![allow(clippy::inline_always, clippy::needless_bitwise_bool)]
 
 mod balance;
 mod digest;
@@ -16,6 +19,7 @@ mod emission;
 #[cfg(test)]
 pub(crate) mod fixtures;
 pub(crate) mod hemisphere;
+mod lanes;
 pub(crate) mod offset;
 mod random;
 mod shoot;
@@ -25,6 +29,7 @@ mod stream;
 #[cfg(test)]
 mod tests;
 mod trace;
+mod wave;
 
 pub use balance::Balance;
 pub use digest::Digest;

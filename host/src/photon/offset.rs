@@ -49,7 +49,7 @@
 
 use arboleda::{Hit, Ray, Triangle, Vec3};
 
-use crate::vector::Vector64;
+use crate::vector::{Vector64, greater};
 
 /// Term of [`height`] for rounding a point to `f32`: 2^-22, 2.3 times the largest displacement.
 const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
@@ -65,13 +65,97 @@ pub(super) const MARGIN: f64 = 16.0;
 
 /// Computes the height of an origin above the triangle's plane. The point's coordinates are at most `largest`, those of
 /// the corners at most `scale`.
+#[inline]
 pub(crate) fn height(largest: f64, scale: f64) -> f64 {
     ROUNDING * largest + COMPUTING * scale + SUBNORMAL
 }
 
 /// Returns the `f32` point nearest to the point `height` above `point`.
+#[inline]
 pub(crate) fn lifted(point: Vector64, normal: Vector64, height: f64) -> Vec3 {
     (point + normal * height).rounded()
+}
+
+/// Computes the error bound of `d . (e1 x e2)`, to be multiplied by the largest component of `d`: `48 r E^2`, as in the
+/// core's kernel.
+#[inline(always)]
+pub(super) fn doubt(e1: Vector64, e2: Vector64) -> f64 {
+    let extent = greater(e1.largest(), e2.largest());
+    48.0 * (f64::EPSILON / 2.0) * extent * extent
+}
+
+/// Triangle seen from the side from which a photon came.
+///
+/// Nothing here branches, so that the compiler can compute several at once.
+#[derive(Clone, Copy, Debug)]
+struct Facing {
+    a: Vector64,
+    e1: Vector64,
+    e2: Vector64,
+    /// Lengths of the edges opposite to the corners.
+    edges: [f64; 3],
+    /// Largest coordinate of the corners.
+    scale: f64,
+    /// Normal towards the side from which the photon came: `e1 x e2` or its opposite.
+    normal: Vector64,
+    unit_normal: Vector64,
+    length: f64,
+    error: f64,
+    /// False if the side is in doubt; then the normals are arbitrary.
+    is_certain: bool,
+}
+
+impl Facing {
+    #[inline(always)]
+    fn new([a, b, c]: [Vector64; 3], incoming: Vector64) -> Self {
+        let (e1, e2) = (b - a, c - a);
+        let normal = e1.cross(e2);
+        let error = doubt(e1, e2);
+        let along = incoming.dot(normal);
+        let doubt = error * incoming.largest();
+        let is_front = along < -doubt;
+        // Both comparisons are false for NaN, which is refused.
+        let is_certain = is_front | (along > doubt);
+        let normal = if is_front { normal } else { -normal };
+        // Edges are multiples of 2^-149 and the normal is not 0, so the square of its length cannot underflow.
+        let length = normal.length();
+        let unit_normal = normal / length;
+        let edges = [(c - b).length(), e2.length(), e1.length()];
+        let scale = greater(greater(a.largest(), b.largest()), c.largest());
+        Self { a, e1, e2, edges, scale, normal, unit_normal, length, error, is_certain }
+    }
+
+    #[inline(always)]
+    fn point(&self, u: f64, v: f64) -> Vector64 {
+        self.a + self.e1 * u + self.e2 * v
+    }
+
+    /// Computes the least weights that keep a point off the edges. At weight 1 the distance from the opposite edge is
+    /// length / edge.
+    #[inline(always)]
+    fn least_weights(&self, lift: f64) -> [f64; 3] {
+        self.edges.map(|edge| edge * (MARGIN * lift / self.length))
+    }
+
+    #[inline(always)]
+    fn is_near_an_edge(&self, u: f64, v: f64, lift: f64) -> bool {
+        let least = self.least_weights(lift);
+        (1.0 - u - v < least[0]) | (u < least[1]) | (v < least[2])
+    }
+
+    /// Moves a point near an edge in, as if the triangle shrank about its incentre. The point may move to larger
+    /// coordinates, so the margin is that of the largest possible coordinates.
+    fn moved_in(&self, u: f64, v: f64) -> Vector64 {
+        let least = self.least_weights(height(self.scale, self.scale));
+        let sum = least[0] + least[1] + least[2];
+        let (kept, share) = if sum < 1.0 { (1.0 - sum, 1.0) } else { (0.0, 1.0 / sum) };
+        self.point(u * kept + least[1] * share, v * kept + least[2] * share)
+    }
+
+    #[inline(always)]
+    fn lift(&self, point: Vector64) -> f64 {
+        height(point.largest(), self.scale)
+    }
 }
 
 /// Point of departure of a photon from a triangle, on the side from which it came.
@@ -81,75 +165,68 @@ pub(super) struct Departure {
     /// Normal towards the side from which the photon came: `e1 x e2` or its opposite.
     normal: Vector64,
     unit_normal: Vector64,
-    /// Error bound `48 r E^2`, to be multiplied by the direction's largest component, as in the core's kernel.
+    /// The triangle's [`doubt`].
     error: f64,
 }
 
 impl Departure {
     /// Computes the departure after a hit of a ray with direction `incoming`; `None` if the side is in doubt.
     pub fn new(triangle: &Triangle, hit: &Hit, incoming: Vec3) -> Option<Self> {
-        // 1. The side from which the photon came.
-        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-        let (e1, e2) = (b - a, c - a);
-        let normal = e1.cross(e2);
-        let extent = e1.largest().max(e2.largest());
-        let error = 48.0 * (f64::EPSILON / 2.0) * extent * extent;
-        let incoming = Vector64::from(incoming);
-        let along = incoming.dot(normal);
-        let doubt = error * incoming.largest();
-        // Both comparisons are false for NaN, which is refused.
-        let normal = if along < -doubt {
-            normal
-        } else if along > doubt {
-            -normal
-        } else {
+        let corners = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
+        let facing = Facing::new(corners, incoming.into());
+        if !facing.is_certain {
             return None;
-        };
-        // Edges are multiples of 2^-149 and the normal is not 0, so the square of its length cannot underflow.
-        let length = normal.length();
-        let unit_normal = normal / length;
-
-        // 2. The point, and the least weights that keep it off the edges. At weight 1 the distance from the opposite
-        //    edge is length / edge.
-        let scale = a.largest().max(b.largest()).max(c.largest());
-        let edges = [(c - b).length(), e2.length(), e1.length()];
-        let least = |lift: f64| edges.map(|edge| edge * (MARGIN * lift / length));
-        let point_at = |u: f64, v: f64| a + e1 * u + e2 * v;
-        let (mut u, mut v) = (f64::from(hit.u), f64::from(hit.v));
-        let mut point = point_at(u, v);
-        let mut lift = height(point.largest(), scale);
-
-        // 3. Near an edge, the point moves as if the triangle shrank about its incentre. It may move to larger
-        //    coordinates, so the margin is that of the largest possible coordinates.
-        let near =
-            [1.0 - u - v, u, v].iter().zip(least(lift)).any(|(&weight, least)| weight < least);
-        if near {
-            let least = least(height(scale, scale));
-            let sum = least[0] + least[1] + least[2];
-            let (kept, share) = if sum < 1.0 { (1.0 - sum, 1.0) } else { (0.0, 1.0 / sum) };
-            u = u * kept + least[1] * share;
-            v = v * kept + least[2] * share;
-            point = point_at(u, v);
-            lift = height(point.largest(), scale);
         }
-        let origin = lifted(point, unit_normal, lift);
-        Some(Self { origin, normal, unit_normal, error })
+        let (u, v) = (f64::from(hit.u), f64::from(hit.v));
+        let mut point = facing.point(u, v);
+        let mut lift = facing.lift(point);
+        if facing.is_near_an_edge(u, v, lift) {
+            point = facing.moved_in(u, v);
+            lift = facing.lift(point);
+        }
+        Some(Self::at(&facing, point, lift))
+    }
+
+    /// Computes the same departure without a branch. False if it is not the same, because the side is in doubt or the
+    /// point is near an edge.
+    #[inline(always)]
+    pub fn usual(corners: [Vector64; 3], u: f64, v: f64, incoming: Vector64) -> (Self, bool) {
+        let facing = Facing::new(corners, incoming);
+        let point = facing.point(u, v);
+        let lift = facing.lift(point);
+        let is_usual = facing.is_certain & !facing.is_near_an_edge(u, v, lift);
+        (Self::at(&facing, point, lift), is_usual)
+    }
+
+    #[inline(always)]
+    fn at(facing: &Facing, point: Vector64, lift: f64) -> Self {
+        let Facing { normal, unit_normal, error, .. } = *facing;
+        Self { origin: lifted(point, unit_normal, lift), normal, unit_normal, error }
     }
 
     /// Returns the unit normal on the side from which the photon came.
+    #[inline]
     pub fn unit_normal(&self) -> Vector64 {
         self.unit_normal
+    }
+
+    /// Returns the point of departure.
+    #[inline]
+    pub fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
+    /// Tells whether a direction certainly leads away from the plane.
+    #[inline(always)]
+    pub fn leads_away(&self, direction: Vec3) -> bool {
+        let along = Vector64::from(direction);
+        along.dot(self.normal) > self.error * along.largest()
     }
 
     /// Makes the ray from the point of departure; `None` if it does not certainly leave the plane, or is not a valid
     /// ray.
     pub fn ray(&self, direction: Vec3) -> Option<Ray> {
-        let along = Vector64::from(direction);
-        if along.dot(self.normal) > self.error * along.largest() {
-            Ray::new(self.origin, direction).ok()
-        } else {
-            None
-        }
+        if self.leads_away(direction) { Ray::new(self.origin, direction).ok() } else { None }
     }
 }
 

@@ -13,6 +13,8 @@
 //! J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, *Parallel Random Numbers: As Easy as 1, 2, 3*, 2011, section
 //! 3.3. The test vectors are those published with it (Random123, `kat_vectors`).
 
+use super::lanes::LANES;
+
 /// Multipliers of the two halves (section 3.3, table 2).
 const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 /// Increments of the key after each round: the fractions of the golden ratio and of the square root of 3.
@@ -35,6 +37,30 @@ pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     [c0, c1, c2, c3]
 }
 
+/// Computes [`philox4x32`] in lanes: replaces the counter of each lane by its numbers.
+///
+/// A word is the low half of a lane of 64 bits, and the high half is arbitrary. So a product needs no shuffles: SSE2 and
+/// AVX2 multiply the low halves of such lanes.
+#[inline(always)]
+pub(super) fn philox_lanes(words: &mut [[u64; LANES]; 4], key: [u32; 2]) {
+    const LOW: u64 = u32::MAX as u64;
+    let [words0, words1, words2, words3] = words;
+    for lane in 0..LANES {
+        let (mut c0, mut c1) = (words0[lane], words1[lane]);
+        let (mut c2, mut c3) = (words2[lane], words3[lane]);
+        let [mut k0, mut k1] = key;
+        for _ in 0..ROUND_COUNT {
+            let left = u64::from(MULTIPLIERS[0]) * (c0 & LOW);
+            let right = u64::from(MULTIPLIERS[1]) * (c2 & LOW);
+            (c0, c2) = (right >> 32 ^ c1 ^ u64::from(k0), left >> 32 ^ c3 ^ u64::from(k1));
+            (c1, c3) = (right, left);
+            k0 = k0.wrapping_add(WEYL[0]);
+            k1 = k1.wrapping_add(WEYL[1]);
+        }
+        (words0[lane], words1[lane], words2[lane], words3[lane]) = (c0, c1, c2, c3);
+    }
+}
+
 /// Sequence of one photon's random numbers.
 ///
 /// # Examples
@@ -48,40 +74,80 @@ pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
 #[derive(Clone, Debug)]
 pub struct PhotonRandom {
     key: [u32; 2],
-    photon: [u32; 2],
-    block: [u32; 4],
-    /// Number of draws so far. `block` contains the last of them.
-    draw_count: u64,
+    place: Place,
+}
+
+/// Place in the sequence of one photon's random numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub photon: u64,
+    /// Number of draws so far.
+    pub draw_count: u64,
+    /// Block that contains the next draw.
+    pub block: [u32; 4],
+}
+
+impl Place {
+    /// Returns what [`PhotonRandom::uniform`] will draw next.
+    #[inline]
+    pub fn next_uniform(&self) -> f32 {
+        uniform(self.block[self.draw_count as usize % 4])
+    }
+
+    /// Computes the block that contains the next draw.
+    pub fn compute_block(&mut self, key: [u32; 2]) {
+        let ([c0, c1], [c2, c3]) = (halves(self.draw_count / 4), halves(self.photon));
+        self.block = philox4x32([c0, c1, c2, c3], key);
+    }
 }
 
 impl PhotonRandom {
-    /// Begins the sequence of a photon. Computes nothing before the first draw.
+    /// Begins the sequence of a photon.
     pub fn new(seed: u64, photon: u64) -> Self {
-        Self { key: halves(seed), photon: halves(photon), block: [0; 4], draw_count: 0 }
+        let mut place = Place { photon, draw_count: 0, block: [0; 4] };
+        place.compute_block(halves(seed));
+        Self::at(seed, place)
+    }
+
+    /// Continues the sequence of a photon.
+    #[inline]
+    pub(super) fn at(seed: u64, place: Place) -> Self {
+        Self { key: halves(seed), place }
+    }
+
+    /// Returns the place in the sequence.
+    #[inline]
+    pub(super) fn place(&self) -> &Place {
+        &self.place
     }
 
     /// Draws 32 random bits.
     #[inline]
     pub fn bits(&mut self) -> u32 {
-        let offset = self.draw_count % 4;
-        if offset == 0 {
-            let [low, high] = halves(self.draw_count / 4);
-            let counter = [low, high, self.photon[0], self.photon[1]];
-            self.block = philox4x32(counter, self.key);
+        let bits = self.place.block[self.place.draw_count as usize % 4];
+        self.place.draw_count += 1;
+        if self.place.draw_count.is_multiple_of(4) {
+            self.place.compute_block(self.key);
         }
-        self.draw_count += 1;
-        self.block[offset as usize]
+        bits
     }
 
     /// Draws one of the 2^24 multiples of 2^-24 in `0 <= x < 1`, with equal probability. Each is an `f32`.
     #[inline]
     pub fn uniform(&mut self) -> f32 {
-        const STEP: f32 = 1.0 / (1 << 24) as f32;
-        (self.bits() >> 8) as f32 * STEP
+        uniform(self.bits())
     }
 }
 
-fn halves(whole: u64) -> [u32; 2] {
+#[inline]
+fn uniform(bits: u32) -> f32 {
+    const STEP: f32 = 1.0 / (1 << 24) as f32;
+    (bits >> 8) as f32 * STEP
+}
+
+/// Splits a number into its low and its high half.
+#[inline]
+pub(super) fn halves(whole: u64) -> [u32; 2] {
     [whole as u32, (whole >> 32) as u32]
 }
 
@@ -103,6 +169,21 @@ mod tests {
         ];
         for (counter, key, expected) in known {
             assert_eq!(philox4x32(counter, key), expected);
+        }
+    }
+
+    #[test]
+    fn lanes_compute_the_same_blocks() {
+        let mut random = PhotonRandom::new(2, 0);
+        let counters = [(); 4].map(|()| [(); LANES].map(|()| random.bits()));
+        let key = [random.bits(), random.bits()];
+        // The high halves are arbitrary.
+        let wide = counters.map(|word| word.map(|low| 0xffff_fffe_0000_0000 | u64::from(low)));
+        let mut words = wide;
+        philox_lanes(&mut words, key);
+        for lane in 0..LANES {
+            let block = philox4x32(counters.map(|word| word[lane]), key);
+            assert_eq!(words.map(|word| word[lane] as u32), block);
         }
     }
 

@@ -1,8 +1,9 @@
 //! Side of a triangle on which a ray hits it.
 
-use arboleda::{Ray, Triangle, Vec3};
+use arboleda::{Hit, Ray, Triangle, Vec3};
 use robust::{Coord3D, orient3d};
 
+use super::offset::doubt;
 use crate::vector::Vector64;
 
 /// Side of a triangle.
@@ -15,6 +16,37 @@ pub enum Side {
 }
 
 impl Side {
+    /// Decides on which side a ray hits a triangle, as [`Side::met`] does for a ray that hits it.
+    ///
+    /// A ray that reaches the plane at `t` above 0 comes from the side against which its direction points. The sign of
+    /// `d . (e1 x e2)` is certain beyond the bound of the kernel. Other hits are decided exactly.
+    #[inline]
+    pub fn hit(triangle: &Triangle, ray: &Ray, hit: &Hit) -> Self {
+        let corners = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
+        Self::judged(Self::judge(corners, ray.direction().into()), triangle, ray, hit)
+    }
+
+    /// Judges by the direction alone: 0 for the front, 1 for the back, 2 in doubt. It has no branch, so that the
+    /// compiler can judge several at once.
+    #[inline(always)]
+    pub(super) fn judge([a, b, c]: [Vector64; 3], direction: Vector64) -> u64 {
+        let (e1, e2) = (b - a, c - a);
+        let along = direction.dot(e1.cross(e2));
+        let doubt = doubt(e1, e2) * direction.largest();
+        let not_front = if along > doubt { BACK } else { DOUBT };
+        if along < -doubt { FRONT } else { not_front }
+    }
+
+    /// Decides by what [`Side::judge`] returned.
+    #[inline(always)]
+    pub(super) fn judged(verdict: u64, triangle: &Triangle, ray: &Ray, hit: &Hit) -> Self {
+        match verdict {
+            FRONT if hit.t > 0.0 => Self::Front,
+            BACK if hit.t > 0.0 => Self::Back,
+            _ => Self::met(triangle, ray),
+        }
+    }
+
     /// Decides on which side a ray hits a triangle.
     ///
     /// The side is that of the plane on which the ray begins, decided exactly. For a ray that begins in the plane, the
@@ -33,6 +65,10 @@ impl Side {
     }
 }
 
+const FRONT: u64 = 0;
+const BACK: u64 = 1;
+const DOUBT: u64 = 2;
+
 fn exact(point: Vec3) -> Coord3D<f64> {
     Coord3D { x: point.x.into(), y: point.y.into(), z: point.z.into() }
 }
@@ -44,6 +80,9 @@ fn leaves_towards_front(triangle: &Triangle, direction: Vec3) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use arboleda::{TriangleId, intersect};
+
+    use super::super::random::PhotonRandom;
     use super::*;
 
     #[test]
@@ -71,6 +110,47 @@ mod tests {
             let origin = Vec3::new(x, far - 2.0, 1.0);
             let ray = Ray::new(origin, Vec3::new(-1.0, -1.0, -1.0)).unwrap();
             assert_eq!(Side::met(&triangle, &ray), side, "{x}");
+        }
+    }
+
+    #[test]
+    fn a_hit_is_on_the_side_from_which_it_is_met() {
+        let mut random = PhotonRandom::new(21, 0);
+        let (mut fronts, mut hits) = (0, 0);
+        for size in [1e-38_f32, 1e-6, 1.0, 1e18] {
+            // The thinnest triangles are a few ulps wide.
+            for thinness in [1.0_f32, 1e-4, 1e-7] {
+                for _ in 0..2000 {
+                    let mut vector =
+                        || Vec3::new(random.uniform(), random.uniform(), random.uniform()) - 0.5;
+                    let (a, along, across) = (vector(), vector(), vector());
+                    let corners = [a, a + along, a + along * 0.5 + across * thinness];
+                    let origin = vector() * 2.0;
+                    let target = (corners[0] + corners[1] + corners[2]) / 3.0;
+                    let [a, b, c] = corners.map(|corner| corner * size);
+                    let triangle = Triangle::new(a, b, c);
+                    let Ok(ray) = Ray::new(origin * size, target - origin) else { continue };
+                    let Some(met) = intersect(&ray, &triangle) else { continue };
+                    let hit = Hit { triangle: TriangleId(0), t: met.t, u: met.u, v: met.v };
+                    let side = Side::met(&triangle, &ray);
+                    assert_eq!(Side::hit(&triangle, &ray, &hit), side, "{triangle:?} {ray:?}");
+                    hits += 1;
+                    fronts += u32::from(side == Side::Front);
+                }
+            }
+        }
+        assert!(hits > 10_000 && fronts > hits / 3 && fronts < hits / 3 * 2, "{fronts} of {hits}");
+    }
+
+    #[test]
+    fn a_hit_at_the_origin_of_its_ray_is_decided_as_it_is_met() {
+        let triangle = Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y);
+        for direction in [Vec3::Z, -Vec3::Z] {
+            let ray = Ray::new(Vec3::splat(0.25) * Vec3::new(1.0, 1.0, 0.0), direction).unwrap();
+            let met = intersect(&ray, &triangle).unwrap();
+            let hit = Hit { triangle: TriangleId(0), t: met.t, u: met.u, v: met.v };
+            assert_eq!(hit.t, 0.0);
+            assert_eq!(Side::hit(&triangle, &ray, &hit), Side::met(&triangle, &ray));
         }
     }
 }

@@ -62,11 +62,10 @@ pub enum PathEnd {
 /// Photon during tracing: its next ray and its random numbers.
 #[derive(Clone, Debug)]
 pub struct Path {
-    photon: u64,
-    bounce: u32,
-    ray: Ray,
-    weight: [f32; 3],
-    random: PhotonRandom,
+    pub(super) bounce: u32,
+    pub(super) ray: Ray,
+    pub(super) weight: [f32; 3],
+    pub(super) random: PhotonRandom,
 }
 
 impl Path {
@@ -78,7 +77,7 @@ impl Path {
     /// Makes the segment of the next ray, which ends at `hit`.
     pub fn segment(&self, hit: Option<Hit>) -> Segment {
         Segment {
-            photon: self.photon,
+            photon: self.random.place().photon,
             bounce: self.bounce,
             ray: self.ray,
             hit,
@@ -107,27 +106,38 @@ impl<'m> Tracer<'m> {
         &self.emitter
     }
 
+    /// Returns the model.
+    pub(super) fn model(&self) -> &'m Model {
+        self.model
+    }
+
+    /// Returns the seed of the random numbers.
+    pub(super) fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Returns the most bounces of a path.
+    pub(super) fn max_bounces(&self) -> u32 {
+        self.max_bounces
+    }
+
     /// Emits a photon; `None` if no light of the model can emit. Allocates nothing and never panics.
-    #[inline]
     pub fn emit(&self, photon: u64) -> Option<Result<Path, PathEnd>> {
         let mut random = PhotonRandom::new(self.seed, photon);
         let emission = self.emitter.emit(&mut random)?;
         let ray = Ray::new(emission.origin, emission.direction);
         let weight = emission.weight;
-        let path = ray.map(|ray| Path { photon, bounce: 0, ray, weight, random });
+        let path = ray.map(|ray| Path { bounce: 0, ray, weight, random });
         Some(path.map_err(|_| PathEnd::Refused))
     }
 
     /// Lets a photon bounce at a hit, or returns why its path ends there. Allocates nothing and never panics.
-    #[inline]
     pub fn bounce(&self, path: &mut Path, hit: Option<Hit>) -> Option<PathEnd> {
         let Some(hit) = hit else {
             return Some(PathEnd::Escaped);
         };
         // A draw is below 1, so a photon always survives a reflectance of 1, and never one of 0 or NaN.
-        let id = hit.triangle.0 as usize;
-        let reflectance = self.model.reflectance.get(id).copied().unwrap_or(0.0);
-        let survives = path.random.uniform() < reflectance;
+        let survives = path.random.uniform() < self.reflectance(&hit);
         if !survives {
             return Some(PathEnd::Absorbed);
         }
@@ -135,6 +145,7 @@ impl<'m> Tracer<'m> {
             return Some(PathEnd::CutOff);
         }
 
+        let id = hit.triangle.0 as usize;
         let bounced = self.model.triangles.get(id).and_then(|triangle| {
             let departure = Departure::new(triangle, &hit, path.ray.direction())?;
             let direction = cosine_direction(departure.unit_normal(), &mut path.random);
@@ -145,12 +156,29 @@ impl<'m> Tracer<'m> {
         };
         path.ray = bounced;
         path.bounce += 1;
-        if let Some(colour) = self.model.colours.get(id) {
-            for (weight, share) in path.weight.iter_mut().zip(colour) {
+        self.colour(&hit, &mut path.weight);
+        None
+    }
+
+    /// Returns the reflectance at a hit; 0 without a hit.
+    #[inline]
+    pub(super) fn reflectance(&self, hit: &Hit) -> f32 {
+        // Read in any case, and selected after that: a branch would be mispredicted wherever photons escape.
+        let (id, all) = (hit.triangle.0 as usize, &self.model.reflectance);
+        let is_known = id < all.len();
+        let read = all.get(if is_known { id } else { 0 }).copied().unwrap_or(0.0);
+        if is_known { read } else { 0.0 }
+    }
+
+    /// Multiplies a photon's weights by the colours of a triangle that reflects it.
+    #[inline]
+    pub(super) fn colour(&self, hit: &Hit, weights: &mut [f32; 3]) {
+        if let Some(colour) = self.model.colours.get(hit.triangle.0 as usize) {
+            let reflectance = self.reflectance(hit);
+            for (weight, share) in weights.iter_mut().zip(colour) {
                 *weight *= share / reflectance;
             }
         }
-        None
     }
 
     /// Follows one photon to its end. `closest_hit` queries an index over the model's triangles. `observe` receives

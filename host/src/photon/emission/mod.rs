@@ -18,13 +18,16 @@
 //!
 //! Only `+ - * / sqrt` are used on `f64`, so the bits are the same on every target.
 
+#[cfg(test)]
+mod tests;
+
 use std::f64::consts::PI;
 
 use arboleda::{Hit, Triangle, TriangleId, Vec3};
 
-use super::hemisphere::cosine_direction;
-use super::offset::{Departure, MARGIN, height, lifted};
-use super::random::PhotonRandom;
+use crate::photon::hemisphere::{Frame, cosine_direction, later_direction};
+use crate::photon::offset::{Departure, MARGIN, height, lifted};
+use crate::photon::random::PhotonRandom;
 use crate::scene::{AreaLight, FaceLight, LitSides, Model};
 use crate::vector::Vector64;
 
@@ -116,14 +119,36 @@ impl Emitter {
 
     /// Emits a photon; `None` if the emitter is dark.
     pub fn emit(&self, random: &mut PhotonRandom) -> Option<Emission> {
-        let choice = u64::from(random.bits());
-        let at = self.sources.partition_point(|source| source.threshold <= choice);
-        let source = self.sources.get(at)?;
+        let source = self.sources.get(self.choose(random.bits()))?;
         let (origin, direction) = match &source.shape {
             Shape::Parallelogram(shape) => shape.emit(random),
             Shape::Face(shape) => shape.emit(random)?,
         };
         Some(Emission { light: source.light, origin, direction, weight: source.weight })
+    }
+
+    /// Chooses a source by 32 random bits.
+    #[inline]
+    pub(super) fn choose(&self, bits: u32) -> usize {
+        match self.sources.len() {
+            1 => 0,
+            _ => self.sources.partition_point(|source| source.threshold <= u64::from(bits)),
+        }
+    }
+
+    /// Returns the shape of a source; `None` if it is not a parallelogram.
+    #[inline]
+    pub(super) fn parallelogram(&self, source: usize) -> Option<&Parallelogram> {
+        match self.sources.get(source).map(|source| &source.shape) {
+            Some(Shape::Parallelogram(shape)) => Some(shape),
+            _ => None,
+        }
+    }
+
+    /// Returns the weight of a source's photons.
+    #[inline]
+    pub(super) fn weight(&self, source: usize) -> [f32; 3] {
+        self.sources.get(source).map_or([1.0; 3], |source| source.weight)
     }
 }
 
@@ -214,11 +239,12 @@ impl Face {
 
 /// Emitting parallelogram.
 #[derive(Clone, Debug)]
-struct Parallelogram {
+pub(super) struct Parallelogram {
     corner: Vector64,
     edge_u: Vector64,
     edge_v: Vector64,
     normal: Vector64,
+    frame: Frame,
     /// Distance of the photons' origins from the plane of the light.
     height: f64,
     /// Distance of the photons' origins from the border, as a share of each edge; at most 0.5.
@@ -246,146 +272,36 @@ impl Parallelogram {
         let border = |other: Vector64| (MARGIN * height * other.length() / length).min(0.5);
         let (border_u, border_v) = (border(edge_v), border(edge_u));
         let normal = normal / length;
-        Some(Self { corner, edge_u, edge_v, normal, height, border_u, border_v })
+        let frame = Frame::around(normal);
+        Some(Self { corner, edge_u, edge_v, normal, frame, height, border_u, border_v })
     }
 
     /// Draws a point and a direction.
     fn emit(&self, random: &mut PhotonRandom) -> (Vec3, Vec3) {
-        // A coordinate along an edge is clamped away from the border.
-        let mut part = |border: f64| part(random).clamp(border, 1.0 - border);
-        let (u, v) = (part(self.border_u), part(self.border_v));
+        let (u, v) = (part(random), part(random));
+        (self.origin(u, v), self.direction(random, 0))
+    }
+
+    /// Draws a direction, after `tried` points that lie outside the disc.
+    pub(super) fn direction(&self, random: &mut PhotonRandom, tried: u32) -> Vec3 {
+        later_direction(self.normal, random, tried).rounded()
+    }
+
+    /// Returns the frame around the normal.
+    #[inline(always)]
+    pub(super) fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// Computes the origin of a photon at a point of the unit square, which is clamped away from the border.
+    #[inline(always)]
+    pub(super) fn origin(&self, u: f64, v: f64) -> Vec3 {
+        let clamped = |part: f64, border: f64| {
+            let part = if part < border { border } else { part };
+            if part > 1.0 - border { 1.0 - border } else { part }
+        };
+        let (u, v) = (clamped(u, self.border_u), clamped(v, self.border_v));
         let point = self.corner + self.edge_u * u + self.edge_v * v;
-        let origin = lifted(point, self.normal, self.height);
-        (origin, cosine_direction(self.normal, random).rounded())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn light(corner: Vec3, edge_u: Vec3, edge_v: Vec3, flux: f32) -> AreaLight {
-        AreaLight { corner, edge_u, edge_v, flux }
-    }
-
-    #[test]
-    fn lights_are_chosen_in_proportion_to_their_flux() {
-        let at = |x: f32, flux| light(Vec3::new(x, 0.0, 0.0), Vec3::X, Vec3::Y, flux);
-        let dark = [at(1.0, 0.0), at(1.0, -1.0), at(1.0, f32::NAN), at(f32::NAN, 1.0)];
-        let flat = light(Vec3::ZERO, Vec3::X, Vec3::X, 5.0);
-        let lights =
-            [dark[0], at(0.0, 1.0), dark[1], dark[2], at(2.0, 6.0), flat, dark[3], at(4.0, 3.0)];
-        let emitter = Emitter::new(&lights);
-        assert_eq!(emitter.total_flux(), 10.0);
-        let count = 100_000;
-        let mut counts = [0_u32; 8];
-        for photon in 0..count {
-            let emission = emitter.emit(&mut PhotonRandom::new(1, photon)).unwrap();
-            counts[emission.light as usize] += 1;
-        }
-        for (light, share) in [(1, 0.1), (4, 0.6), (7, 0.3)] {
-            let sigma = (count as f64 * share * (1.0 - share)).sqrt();
-            assert!((f64::from(counts[light]) - count as f64 * share).abs() < 4.0 * sigma);
-        }
-        assert_eq!(u64::from(counts[1] + counts[4] + counts[7]), count);
-    }
-
-    #[test]
-    fn photons_begin_inside_the_parallelogram_and_in_front_of_it() {
-        for scale in [1e-30_f32, 1e-3, 1.0, 1e6, 1e30] {
-            let corner = Vec3::new(3.0, -1.0, 0.5) * scale;
-            let (edge_u, edge_v) =
-                (Vec3::new(1.0, 2.0, 0.1) * scale, Vec3::new(-0.5, 1.0, 3.0) * scale);
-            let emitter = Emitter::new(&[light(corner, edge_u, edge_v, 1.0)]);
-            let [exact_u, exact_v] = [edge_u, edge_v].map(Vector64::from);
-            let normal = exact_u.cross(exact_v);
-            let mut cosines = 0.0;
-            let count = 20_000_u32;
-            for photon in 0..count {
-                let emission = emitter.emit(&mut PhotonRandom::new(2, u64::from(photon))).unwrap();
-                let from_corner = Vector64::from(emission.origin) - Vector64::from(corner);
-                let square = normal.dot(normal);
-                let u = from_corner.cross(exact_v).dot(normal) / square;
-                let v = exact_u.cross(from_corner).dot(normal) / square;
-                assert!((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v), "{u} {v}");
-                assert!(from_corner.dot(normal) > 0.0);
-                cosines += Vector64::from(emission.direction).dot(normal) / square.sqrt();
-            }
-            let sigma = (1.0 / 18.0 / f64::from(count)).sqrt();
-            assert!((cosines / f64::from(count) - 2.0 / 3.0).abs() < 4.0 * sigma);
-        }
-    }
-
-    #[test]
-    fn without_a_light_nothing_is_emitted() {
-        let emitter = Emitter::new(&[]);
-        assert!(emitter.is_dark());
-        assert_eq!(emitter.emit(&mut PhotonRandom::new(0, 0)), None);
-    }
-
-    #[test]
-    fn emitting_triangles_have_the_flux_of_their_radiance_on_each_side() {
-        let mut model = Model::default();
-        let square = crate::photon::fixtures::quad(Vec3::ZERO, Vec3::X, Vec3::Y);
-        model.add_object("square", square, 0.5);
-        model.add_object("no area", [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::X)], 0.5);
-        let face = |triangle, radiance| FaceLight { triangle, radiance, sides: LitSides::Front };
-        let white = [1.0; 3];
-        model.emitters = vec![face(0, white), face(1, white), face(2, white), face(9, white)];
-        model.emitters.extend([
-            face(0, [f32::NAN, 1.0, 1.0]),
-            face(0, [-1.0, 1.0, 1.0]),
-            face(0, [0.0; 3]),
-        ]);
-        let emitter = Emitter::of(&model);
-        assert!((emitter.total_flux() - PI).abs() < 1e-12);
-        let both = Emitter::of(&model.clone().with_two_sided_lights());
-        assert!((both.total_flux() - 2.0 * PI).abs() < 1e-12);
-        let (mut sum, mut up, count) = (Vector64::ZERO, 0, 20_000_u32);
-        for photon in 0..count {
-            let photon = u64::from(photon);
-            let emission = emitter.emit(&mut PhotonRandom::new(3, photon)).unwrap();
-            assert!(emission.origin.z > 0.0 && emission.direction.z > 0.0);
-            assert_eq!(emission.weight, [1.0; 3]);
-            sum = sum + emission.origin.into();
-            let either = both.emit(&mut PhotonRandom::new(3, photon)).unwrap();
-            assert!(either.origin.z * either.direction.z > 0.0);
-            up += u32::from(either.direction.z > 0.0);
-        }
-        // A coordinate uniform in 0 to 1 has variance 1/12.
-        let sigma = (f64::from(count) / 12.0).sqrt();
-        let middle = 0.5 * f64::from(count);
-        assert!((sum.x - middle).abs() < 4.0 * sigma && (sum.y - middle).abs() < 4.0 * sigma);
-        assert!((f64::from(up) - middle).abs() < 4.0 * 0.5 * f64::from(count).sqrt());
-    }
-
-    #[test]
-    fn points_are_uniform_in_a_triangle() {
-        let mut model = Model::default();
-        model.add_object("one", [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)], 0.5);
-        let radiance = [17.0, 12.0, 4.0];
-        model.emitters.push(FaceLight { triangle: 0, radiance, sides: LitSides::Front });
-        let emitter = Emitter::of(&model);
-        assert!((emitter.total_flux() - 5.5 * PI).abs() < 1e-12);
-        // Of the four similar triangles of half the size, each gets a quarter.
-        let (mut counts, count) = ([0_u32; 4], 20_000);
-        for photon in 0..count {
-            let emission = emitter.emit(&mut PhotonRandom::new(4, photon)).unwrap();
-            let Vec3 { x, y, .. } = emission.origin;
-            let part = if x > 0.5 {
-                0
-            } else if y > 0.5 {
-                1
-            } else {
-                2 + usize::from(x + y > 0.5)
-            };
-            counts[part] += 1;
-            let mean = emission.weight.iter().sum::<f32>() / 3.0;
-            assert!((mean - 1.0).abs() < 1e-6 && emission.weight[0] > 1.5);
-        }
-        let sigma = (count as f64 * 0.25 * 0.75).sqrt();
-        for part in counts {
-            assert!((f64::from(part) - count as f64 / 4.0).abs() < 4.0 * sigma, "{counts:?}");
-        }
+        lifted(point, self.normal, self.height)
     }
 }
