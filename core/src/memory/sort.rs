@@ -63,13 +63,19 @@ fn sort_by_digits(
         for start in &mut starts {
             sum += core::mem::replace(start, sum);
         }
-        for (at, &key) in keys.iter().enumerate() {
+        let mut offset_of = |key: u64| {
             let start = &mut starts[digit_of(key)];
-            let offset = *start as usize;
-            *start += 1;
-            put(other_keys, offset, key);
-            if let (Some(slot), Some(&value)) = (other_values.get_mut(offset), values.get(at)) {
-                *slot = value;
+            core::mem::replace(start, *start + 1) as usize
+        };
+        if values.is_empty() {
+            for &key in keys.iter() {
+                put(other_keys, offset_of(key), key);
+            }
+        } else {
+            for (&key, &value) in keys.iter().zip(values.iter()) {
+                let offset = offset_of(key);
+                put(other_keys, offset, key);
+                put(other_values, offset, value);
             }
         }
         core::mem::swap(&mut keys, &mut other_keys);
