@@ -223,7 +223,7 @@ mod tests {
         move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let number = (state >> 40) as f32 / (1 << 23) as f32 - 1.0;
-            if state >> 37 & 3 == 0 { (number * 4.0).round() / 4.0 } else { number }
+            if (state >> 37).is_multiple_of(4) { (number * 4.0).round() / 4.0 } else { number }
         }
     }
 
