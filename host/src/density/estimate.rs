@@ -22,7 +22,9 @@ pub struct Estimate {
 impl Estimate {
     /// Returns the mean of the three irradiances.
     pub fn mean(&self) -> f32 {
-        (self.irradiance[0] + self.irradiance[1] + self.irradiance[2]) / 3.0
+        // In `f64`, so that the sum does not overflow.
+        let [red, green, blue] = self.irradiance.map(f64::from);
+        ((red + green + blue) / 3.0) as f32
     }
 }
 
@@ -80,7 +82,6 @@ impl Sums {
         if self.count == 0 || area <= 0.0 {
             return Estimate { count: self.count, radius: radius as f32, ..Estimate::default() };
         }
-        let rounded = |value: f64| value.min(f64::from(f32::MAX)) as f32;
         let density = |sum: u64| sum as f64 / STEPS * photon_flux / area;
         Estimate {
             irradiance: self.weights.map(|sum| rounded(density(sum))),
@@ -89,6 +90,11 @@ impl Sums {
             standard_error: rounded((self.squares as f64 / STEPS).sqrt() * photon_flux / area),
         }
     }
+}
+
+/// Rounds to `f32`; values beyond its range become its largest.
+pub(super) fn rounded(value: f64) -> f32 {
+    value.min(f64::from(f32::MAX)) as f32
 }
 
 /// Computes the area of a disc.

@@ -3,7 +3,7 @@
 use super::PhotonMap;
 use super::search::{Facing, Found, Neighbourhood};
 use crate::density::Kernel;
-use crate::density::estimate::{Estimate, Sums, disc_area};
+use crate::density::estimate::{Estimate, Sums, disc_area, rounded};
 use crate::density::receiver::Receiver;
 use crate::density::visible::VisiblePolygon;
 
@@ -86,7 +86,7 @@ impl MapEstimator {
         // The radius varies too, which adds the k-th photon's share: 1 / sqrt(k - 2) instead of 1 / sqrt(k - 1).
         let k = found.len() as f64;
         let factor = ((k - 1.0) / (k - 2.0).max(1.0)).sqrt();
-        estimate.standard_error = (f64::from(estimate.standard_error) * factor) as f32;
+        estimate.standard_error = rounded(f64::from(estimate.standard_error) * factor);
         estimate
     }
 

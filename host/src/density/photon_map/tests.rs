@@ -246,6 +246,18 @@ fn photons_of_other_sides_and_of_turned_surfaces_do_not_count() {
 }
 
 #[test]
+fn the_largest_flux_gives_finite_estimates() {
+    let mut map = map_of(&places(100));
+    map.balance = Balance { emitted: 1, total_flux: f64::MAX, ..Balance::default() };
+    let receiver = Receiver::new(Vec3::splat(0.5), Vec3::Z).unwrap();
+    for gather in [Gather::Nearest { k: 9, max_radius: 9.0 }, Gather::Within { radius: 9.0 }] {
+        let estimator = MapEstimator { gather, facing: ANY, kernel: Kernel::Epanechnikov };
+        let estimate = estimator.estimate(&map, &receiver, None, &mut Vec::new());
+        assert_eq!((estimate.mean(), estimate.standard_error), (f32::MAX, f32::MAX));
+    }
+}
+
+#[test]
 fn photons_count_on_the_side_on_which_they_fell() {
     let mut map = map_of(&places(1_000));
     for photon in &mut map.photons {
