@@ -48,6 +48,10 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
     /// The links of all children of a node, by lane.
     fn links(self, link: u32) -> Option<Row>;
 
+    /// Prefetches what a leaf names.
+    #[inline(always)]
+    fn prefetch_named(self, _: Step) {}
+
     /// Filters the triangles of a leaf, or of its first part: those that the ray may hit up to `last`. The bits are the
     /// lanes of the triangles.
     fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates;

@@ -196,6 +196,22 @@ impl Form for Ids {
     }
 
     #[inline(always)]
+    fn prefetch_named<L: Unpack>(tree: Packed<'_, Self>, link: u32) {
+        let Some((ids, last_lane)) = ids_at(tree.words, link) else { return };
+        for &id in ids.iter().take(last_lane + 1) {
+            match tree.triangles() {
+                // A triangle may lie on two lines.
+                Mesh::Triangles(triangles) => L::prefetch(triangles, id as usize, 2),
+                Mesh::Indexed { vertices, corners } => {
+                    for &corner in corners.get(id as usize).into_iter().flatten() {
+                        L::prefetch(vertices, corner as usize, 1);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
     fn filter<L: Unpack, Q: Query>(
         tree: Packed<'_, Self>,
         link: u32,

@@ -119,6 +119,10 @@ trait Form: Copy + 'static {
         query: &mut Q,
     ) -> ControlFlow<()>;
 
+    /// Prefetches what a leaf names.
+    #[inline(always)]
+    fn prefetch_named<L: Unpack>(_: Packed<'_, Self>, _: u32) {}
+
     /// Filters the triangles of a leaf, or of its first chunk; see
     /// [`InLanes::filter_leaf`](crate::indices::wide::tree::InLanes::filter_leaf).
     fn filter<L: Unpack, Q: Query>(

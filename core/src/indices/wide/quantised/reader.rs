@@ -97,6 +97,11 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
     }
 
     #[inline(always)]
+    fn prefetch_named(self, step: Step) {
+        F::prefetch_named::<L>(self, step.link);
+    }
+
+    #[inline(always)]
     fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates {
         F::filter::<L, Q>(self, step.link, ray, last)
     }

@@ -16,6 +16,12 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
     batch: &Batch<S, F>,
 ) {
     let leaves = room.leaves;
+    for id in leaves.ids() {
+        let Slot { node, lane, .. } = room.slots[id];
+        if let Some(step) = tree.child(node, lane as usize) {
+            tree.prefetch_named(step);
+        }
+    }
     let mut count = 0;
     for id in leaves.ids() {
         let Slot { node, lane, .. } = room.slots[id];

@@ -14,7 +14,7 @@
 //! | `take_children` | takes the nearest child left of the topmost node on the stack, and prefetches it | `nodes` |
 //! | `sort` | queues it at a leaf, to take again (`stale`), or as done | `nodes` |
 //! | `renew` | done: hands on its answer, and begins the next ray in its slot | `begin` |
-//! | `test_leaves` | at a leaf: tests its eight triangles in `f32` | `leaves` |
+//! | `test_leaves` | at a leaf: prefetches what it names, then tests its eight triangles in `f32` | `leaves` |
 //! | `judge` | with a triangle left: decides four such pairs at once in `f64` | `leaves` |
 //!
 //! - Leaves are tested once 16 rays are at leaves, or fewer than 16 at nodes.
@@ -38,13 +38,15 @@
 //! | AVX-512, speed over turns | 1.33 | 1.56 | 1.44 | 2.17 |
 //! | AVX-512, occluded | 1.36 | 1.42 | 1.41 | 2.01 |
 //! | AVX2, compact BVH, speed over turns | 1.29 | 1.24 | 1.33 | 2.2 |
-//! | AVX2, lean BVH, speed over turns | 1.08 | 1.04 | **0.96** | 1.18 |
+//! | AVX2, lean BVH, speed over turns | 1.34 | 1.39 | 1.36 | 2.66 |
 //! | instructions a ray, AVX2 | 887 (turns 680) | 1164 (878) | 951 (698) | |
 //!
 //! - The wavefront has more instructions, at 3.9 a cycle instead of 2.7: of simulated branch mispredictions it has 1.5 a
 //!   ray instead of 3.5.
 //! - A prefetch of all five lines of a leaf, instead of the four of a node: 4 to 10%, on a million 20%. Of compact nodes
 //!   and leaves: 17%, on a million 1.7 to 2.4 times.
+//! - A prefetch of the triangles that the leaves of a lean BVH name, before any is tested: 1.25 to 1.4 times, on a million
+//!   2.2 times.
 //! - Links beside the keys on the stack, so that a child is taken without its node: 7% of the instructions.
 //! - A ray prepared by [`prepare`](crate::simd::prepare): 4% of the instructions.
 //! - A choice of the stale link without a branch, and a hit that is stored by field: 4%.
@@ -52,7 +54,6 @@
 //! # What lost
 //! - Candidates by lane and link, and their triangles gathered when they are judged: the compiler spills all 36 numbers,
 //!   twice the instructions of copying each triangle into its lane of a [`Quad`](crate::simd::Quad).
-//! - On the lean BVH: the gathers of its leaves wait for the mesh, which is not prefetched.
 //! - Waiting for eight leaves instead of 16, with 64 slots: within the noise.
 //!
 //! # Source
