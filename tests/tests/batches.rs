@@ -2,8 +2,8 @@
 //! the scratch and the vector instructions.
 
 use arboleda::{
-    AnyIndex, BATCH_SCRATCH, Hit, IndexKind, Options, Ray, RayIndex, Scene, SimdLevel, Triangle,
-    Vec3,
+    AnyIndex, BATCH_SCRATCH, Hit, IndexKind, Mesh, Options, Ray, RayIndex, Scene, SimdLevel,
+    Triangle, Vec3,
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::checks::bits;
@@ -115,6 +115,22 @@ fn single_rays_equal_the_linear_scan() {
             for (at, hit) in hits.iter().enumerate() {
                 assert_eq!(bits(hit), bits(&expected[at]), "ray {at}: {:?}", rays[at]);
             }
+        });
+    }
+}
+
+/// The lean BVH beside a mesh that shares vertices, and beside triangles.
+#[test]
+fn batches_beside_a_mesh_equal_single_rays() {
+    let triangles = scenes::icosphere(4);
+    let rays = mixed(&triangles, 500, 15);
+    let (vertices, corners) = scenes::welded(&triangles);
+    let indexed = Mesh::Indexed { vertices: &vertices, corners: &corners };
+    for mesh in [indexed, Mesh::Triangles(&triangles)] {
+        let scene = Scene::of(mesh).beside();
+        let built = Built::new(IndexKind::LeanBvh, &scene, &Options::DEFAULT).expect("an index");
+        at_every_level(built.index_beside(mesh), &|index| {
+            equals_single_rays(index, &rays, &mut vec![0; BATCH_SCRATCH]);
         });
     }
 }
