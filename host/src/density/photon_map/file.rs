@@ -12,7 +12,7 @@
 //! All numbers are little-endian. A forged file can give wrong estimates, but does no harm.
 
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -37,7 +37,7 @@ pub struct MapFileError {
 #[derive(Debug, Error)]
 enum Problem {
     #[error("cannot be read: {0}")]
-    Unreadable(#[from] io::Error),
+    Unreadable(io::Error),
     #[error("it is not a photon map; make one with --save-map")]
     NotAMap,
     #[error("its photons are those of another scene, or of other materials")]
@@ -58,32 +58,38 @@ impl PhotonMap {
     /// # Errors
     /// If the file cannot be written.
     pub fn save(&self, path: &Path, model: &Model) -> anyhow::Result<()> {
+        write_file(path, |file| self.write(file, model))
+    }
+
+    /// Writes the bytes of the map's file.
+    ///
+    /// # Errors
+    /// The errors of `file`.
+    pub fn write(&self, file: &mut dyn Write, model: &Model) -> io::Result<()> {
         let balance = &self.balance;
-        write_file(path, |file| {
-            file.write_all(SIGNATURE)?;
-            file.write_all(model_digest(model).as_bytes())?;
-            for number in [
-                self.photons.len() as u64,
-                self.tints.len() as u64,
-                balance.emitted,
-                balance.absorbed,
-                balance.escaped,
-                balance.cut_off,
-                balance.refused,
-                balance.hits,
-                balance.rays,
-                balance.total_flux.to_bits(),
-            ] {
-                file.write_all(&number.to_le_bytes())?;
+        file.write_all(SIGNATURE)?;
+        file.write_all(model_digest(model).as_bytes())?;
+        for number in [
+            self.photons.len() as u64,
+            self.tints.len() as u64,
+            balance.emitted,
+            balance.absorbed,
+            balance.escaped,
+            balance.cut_off,
+            balance.refused,
+            balance.hits,
+            balance.rays,
+            balance.total_flux.to_bits(),
+        ] {
+            file.write_all(&number.to_le_bytes())?;
+        }
+        for photon in &self.photons {
+            let [x, y, z] = photon.position.map(f32::to_bits);
+            for word in [x, y, z, photon.surface, photon.rank] {
+                file.write_all(&word.to_le_bytes())?;
             }
-            for photon in &self.photons {
-                let [x, y, z] = photon.position.map(f32::to_bits);
-                for word in [x, y, z, photon.surface, photon.rank] {
-                    file.write_all(&word.to_le_bytes())?;
-                }
-            }
-            self.tints.iter().try_for_each(|tint| file.write_all(&tint.to_le_bytes()))
-        })
+        }
+        self.tints.iter().try_for_each(|tint| file.write_all(&tint.to_le_bytes()))
     }
 
     /// Reads a map of a model from a file that [`PhotonMap::save`] wrote.
@@ -91,10 +97,17 @@ impl PhotonMap {
     /// # Errors
     /// If the file cannot be read, is not a photon map, is cut off, or is that of another model.
     pub fn load(path: &Path, model: &Model) -> Result<Self, MapFileError> {
-        let bytes = fs::read(path).map_err(Problem::Unreadable);
-        bytes
-            .and_then(|bytes| decode(&bytes, model))
-            .map_err(|problem| MapFileError { file: path.into(), problem })
+        let unreadable =
+            |error| MapFileError { file: path.into(), problem: Problem::Unreadable(error) };
+        Self::read(&fs::read(path).map_err(unreadable)?, path, model)
+    }
+
+    /// Reads a map of a model from the bytes of a file called `name`.
+    ///
+    /// # Errors
+    /// As [`PhotonMap::load`].
+    pub fn read(bytes: &[u8], name: &Path, model: &Model) -> Result<Self, MapFileError> {
+        decode(bytes, model).map_err(|problem| MapFileError { file: name.into(), problem })
     }
 }
 
