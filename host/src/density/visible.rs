@@ -24,7 +24,7 @@ use arboleda::{Ray, RayIndex};
 
 use super::Kernel;
 use super::receiver::Receiver;
-use crate::photon::hemisphere::tangents;
+use crate::photon::surface::hemisphere::tangents;
 use crate::vector::Vector64;
 
 /// Rays of a polygon. In the open, 32 corners cover 0.9936 of the disc.

@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! random (seed, photon) -+-> emission -> trace <-> index             one photon
-//! hemisphere, offset ----+      |          |
+//! surface ---------------+      |          |
 //!                             lanes -----> wave <-> index            as many as a batch of rays has
 //!                                          stream                    all photons, on all processors
-//!                                          shoot -> Shot, Digest
+//!                                          shot -> Shot, Digest
 //! ```
 //!
 //! Every result is a function of the model and the options. It does not depend on the index, the threads or the
@@ -13,31 +13,23 @@
 // A loop over lanes is turned into vectors only if all that it calls is inlined, and has no branch; see `lanes`.
 #![allow(clippy::inline_always, clippy::needless_bitwise_bool)]
 
-mod balance;
-mod digest;
 mod emission;
 #[cfg(test)]
 pub(crate) mod fixtures;
-pub(crate) mod hemisphere;
 mod lanes;
-pub(crate) mod offset;
 mod random;
-mod shoot;
 mod shot;
-mod side;
 mod stream;
+pub(crate) mod surface;
 #[cfg(test)]
 mod tests;
 mod trace;
 mod wave;
 
-pub use balance::Balance;
-pub use digest::Digest;
 pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
-pub use shoot::{Counting, ShootOptions, shoot};
-pub use shot::Shot;
-pub use side::Side;
+pub use shot::{Balance, Counting, Digest, ShootOptions, Shot, shoot};
 pub use stream::CHUNK;
 pub(crate) use stream::{Visitor, stream};
+pub use surface::Side;
 pub use trace::{DEFAULT_MAX_BOUNCES, Path, PathEnd, Segment, Tracer};

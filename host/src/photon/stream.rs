@@ -24,8 +24,7 @@ use std::ops::Range;
 use arboleda::{Counters, RayIndex, SimdLevel};
 use rayon::prelude::*;
 
-use super::balance::Balance;
-use super::shoot::Counting;
+use super::shot::{Balance, Counting};
 use super::trace::{Segment, Tracer};
 use super::wave::{self, Wave};
 

@@ -22,9 +22,9 @@ use std::ops::Range;
 use arboleda::{Hit, Ray, RayIndex};
 
 use super::emission::Emitter;
-use super::hemisphere::cosine_direction;
-use super::offset::Departure;
 use super::random::PhotonRandom;
+use super::surface::hemisphere::cosine_direction;
+use super::surface::offset::Departure;
 use crate::scene::Model;
 
 /// Default of the most bounces. At a reflectance of 0.8, 6 photons in 10 million reach it.

@@ -20,7 +20,7 @@ use std::ops::Range;
 use arboleda::Triangle;
 
 use crate::density::receiver::Receiver;
-use crate::photon::hemisphere::tangents;
+use crate::photon::surface::hemisphere::tangents;
 use crate::vector::Vector64;
 
 /// Most discs of a carrier.

@@ -25,9 +25,9 @@ use std::f64::consts::PI;
 
 use arboleda::{Hit, Triangle, TriangleId, Vec3};
 
-use crate::photon::hemisphere::{Frame, cosine_direction, later_direction};
-use crate::photon::offset::{Departure, MARGIN, height, lifted};
 use crate::photon::random::PhotonRandom;
+use crate::photon::surface::hemisphere::{Frame, cosine_direction, later_direction};
+use crate::photon::surface::offset::{Departure, MARGIN, height, lifted};
 use crate::scene::{AreaLight, FaceLight, LitSides, Model};
 use crate::vector::Vector64;
 

@@ -8,9 +8,9 @@ use arboleda::{Hit, Ray, SimdLevel, Vec3, Work};
 
 use super::emit::words_of;
 use super::{DiscPoint, LANES, LaneRays, MOST_ATTEMPTS, Vectors, Words, put, wide};
-use crate::photon::hemisphere::Frame;
-use crate::photon::offset::Departure;
 use crate::photon::random::{Place, halves, philox_lanes};
+use crate::photon::surface::hemisphere::Frame;
+use crate::photon::surface::offset::Departure;
 use crate::scene::Model;
 
 /// Photons of a group after a bounce.

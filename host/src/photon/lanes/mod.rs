@@ -38,7 +38,7 @@ pub(super) use bounce::BounceLanes;
 pub(super) use emit::EmissionLanes;
 pub(super) use side::SideLanes;
 
-use super::hemisphere::square_of;
+use super::surface::hemisphere::square_of;
 use crate::vector::Vector64;
 
 /// Number of photons computed at once. The last group of a wave may have unused lanes.

@@ -3,7 +3,7 @@
 use arboleda::{Hit, Ray, SimdLevel, Triangle, Work};
 
 use super::{LANES, Vectors, put, wide};
-use crate::photon::side::Side;
+use crate::photon::surface::side::Side;
 
 /// Sides on which rays hit triangles.
 pub(in crate::photon) struct SideLanes {

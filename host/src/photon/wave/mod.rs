@@ -15,10 +15,9 @@ use std::ops::Range;
 
 use arboleda::{BATCH_SCRATCH, Counters, Hit, Ray, RayIndex, SimdLevel};
 
-use crate::photon::balance::Balance;
 use crate::photon::lanes::{BounceLanes, EmissionLanes, LANES};
 use crate::photon::random::{PhotonRandom, Place};
-use crate::photon::shoot::Counting;
+use crate::photon::shot::{Balance, Counting};
 use crate::photon::stream::Tally;
 use crate::photon::trace::{Path, PathEnd, Segment, Tracer};
 

@@ -4,7 +4,7 @@ use arboleda::{AnyIndex, IndexKind, SimdLevel, Triangle, Vec3};
 
 use super::Wave;
 use crate::photon::fixtures::{BuiltIndex, closed_box, lamp, model, quad, sphere};
-use crate::photon::shoot::Counting;
+use crate::photon::shot::Counting;
 use crate::photon::stream::{CHUNK, Tally, Visitor, stream};
 use crate::photon::trace::{Segment, Tracer};
 use crate::scene::{FaceLight, LitSides, Model};

@@ -14,7 +14,7 @@
 //! T. Duff, J. Burgess, P. Christensen, C. Hery, A. Kensler, M. Liani, R. Villemin, *Building an
 //! Orthonormal Basis, Revisited*, 2017, for the frame.
 
-use super::random::PhotonRandom;
+use crate::photon::random::PhotonRandom;
 use crate::vector::Vector64;
 
 /// Smallest cosine of a returned direction: 2^-20.
@@ -38,7 +38,11 @@ pub(crate) fn cosine_direction(normal: Vector64, random: &mut PhotonRandom) -> V
 
 /// Draws as [`cosine_direction`] does, after `tried` points that lie outside the disc.
 #[inline]
-pub(super) fn later_direction(normal: Vector64, random: &mut PhotonRandom, tried: u32) -> Vector64 {
+pub(in crate::photon) fn later_direction(
+    normal: Vector64,
+    random: &mut PhotonRandom,
+    tried: u32,
+) -> Vector64 {
     for _ in tried..MOST_ATTEMPTS {
         let x = 2.0 * f64::from(random.uniform()) - 1.0;
         let y = 2.0 * f64::from(random.uniform()) - 1.0;
@@ -51,13 +55,13 @@ pub(super) fn later_direction(normal: Vector64, random: &mut PhotonRandom, tried
 
 /// Computes the square of a point's distance from the middle of the disc.
 #[inline(always)]
-pub(super) fn square_of(x: f64, y: f64) -> f64 {
+pub(in crate::photon) fn square_of(x: f64, y: f64) -> f64 {
     x * x + y * y
 }
 
 /// Orthonormal frame around a normal.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(in crate::photon) struct Frame {
     tangent: Vector64,
     bitangent: Vector64,
     normal: Vector64,

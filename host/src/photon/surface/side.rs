@@ -29,7 +29,7 @@ impl Side {
     /// Judges by the direction alone: 0 for the front, 1 for the back, 2 in doubt. It has no branch, so that the
     /// compiler can judge several at once.
     #[inline(always)]
-    pub(super) fn judge([a, b, c]: [Vector64; 3], direction: Vector64) -> u64 {
+    pub(in crate::photon) fn judge([a, b, c]: [Vector64; 3], direction: Vector64) -> u64 {
         let (e1, e2) = (b - a, c - a);
         let along = direction.dot(e1.cross(e2));
         let doubt = doubt(e1, e2) * direction.largest();
@@ -39,7 +39,12 @@ impl Side {
 
     /// Decides by what [`Side::judge`] returned.
     #[inline(always)]
-    pub(super) fn judged(verdict: u64, triangle: &Triangle, ray: &Ray, hit: &Hit) -> Self {
+    pub(in crate::photon) fn judged(
+        verdict: u64,
+        triangle: &Triangle,
+        ray: &Ray,
+        hit: &Hit,
+    ) -> Self {
         match verdict {
             FRONT if hit.t > 0.0 => Self::Front,
             BACK if hit.t > 0.0 => Self::Back,
@@ -82,8 +87,8 @@ fn leaves_towards_front(triangle: &Triangle, direction: Vec3) -> bool {
 mod tests {
     use arboleda::{TriangleId, intersect};
 
-    use super::super::random::PhotonRandom;
     use super::*;
+    use crate::photon::random::PhotonRandom;
 
     #[test]
     fn sides_are_told_apart_at_every_size() {

@@ -1,6 +1,6 @@
 //! Balance of photons: how each of them ended, and the power that they carry.
 
-use super::trace::PathEnd;
+use crate::photon::trace::PathEnd;
 
 /// Ends of photons, and their power.
 ///
@@ -51,7 +51,7 @@ impl Balance {
     }
 
     /// Counts the end of a photon.
-    pub(super) fn end(&mut self, end: PathEnd) {
+    pub(in crate::photon) fn end(&mut self, end: PathEnd) {
         match end {
             PathEnd::Absorbed => self.absorbed += 1,
             PathEnd::Escaped => self.escaped += 1,

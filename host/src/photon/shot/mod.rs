@@ -1,9 +1,19 @@
-//! Result of shooting photons.
+//! Shot: photons through an index, and what they leave behind.
+//!
+//! ```text
+//! stream of photons --shoot--> hits of each triangle | balance of ends and power | digest of all hits
+//! ```
+
+mod balance;
+mod digest;
+mod shoot;
+
+pub use balance::Balance;
+pub use digest::Digest;
+pub use shoot::{Counting, ShootOptions, shoot};
 
 use arboleda::{Counters, Triangle, TriangleId};
 
-use super::balance::Balance;
-use super::digest::Digest;
 use crate::vector::Vector64;
 
 /// Result of shooting photons.
@@ -21,7 +31,7 @@ pub struct Shot {
     pub bounce_count: u64,
     /// Hits of each triangle, from either side, by id.
     pub hit_counts: Vec<u64>,
-    /// Hits of each triangle on its [front](super::Side::Front), by id.
+    /// Hits of each triangle on its [front](crate::photon::Side::Front), by id.
     pub front_hit_counts: Vec<u64>,
     /// Counters of the index, with [`super::Counting::On`].
     pub counters: Option<Counters>,

@@ -61,7 +61,7 @@ const SUBNORMAL: f64 = 1.0 / (1_u128 << 70) as f64 / (1_u128 << 70) as f64;
 ///
 /// - 16 moves photons near an edge by 4 mm on coordinates of 1000, and handles creases from 5.8 degrees.
 /// - 64 would handle creases from 1.5 degrees, but would move photons by 15 mm.
-pub(super) const MARGIN: f64 = 16.0;
+pub(in crate::photon) const MARGIN: f64 = 16.0;
 
 /// Computes the height of an origin above the triangle's plane. The point's coordinates are at most `largest`, those of
 /// the corners at most `scale`.
@@ -79,7 +79,7 @@ pub(crate) fn lifted(point: Vector64, normal: Vector64, height: f64) -> Vec3 {
 /// Computes the error bound of `d . (e1 x e2)`, to be multiplied by the largest component of `d`: `48 r E^2`, as in the
 /// core's kernel.
 #[inline(always)]
-pub(super) fn doubt(e1: Vector64, e2: Vector64) -> f64 {
+pub(in crate::photon) fn doubt(e1: Vector64, e2: Vector64) -> f64 {
     let extent = greater(e1.largest(), e2.largest());
     48.0 * (f64::EPSILON / 2.0) * extent * extent
 }
@@ -160,7 +160,7 @@ impl Facing {
 
 /// Point of departure of a photon from a triangle, on the side from which it came.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Departure {
+pub(in crate::photon) struct Departure {
     origin: Vec3,
     /// Normal towards the side from which the photon came: `e1 x e2` or its opposite.
     normal: Vector64,
@@ -235,8 +235,8 @@ mod tests {
     use arboleda::{TriangleId, intersect};
 
     use super::super::hemisphere::cosine_direction;
-    use super::super::random::PhotonRandom;
     use super::*;
+    use crate::photon::random::PhotonRandom;
 
     fn hit_at(u: f32, v: f32) -> Hit {
         Hit { triangle: TriangleId(0), t: 1.0, u, v }

@@ -8,13 +8,12 @@ use std::time::Instant;
 
 use arboleda::{Hit, RayIndex, SimdLevel};
 
-use super::digest::Digest;
-use super::lanes::{LANES, SideLanes};
-use super::shot::Shot;
-use super::side::Side;
-use super::stream::{Visitor, stream};
-use super::trace::{DEFAULT_MAX_BOUNCES, Segment, Tracer};
-use super::wave::Part;
+use super::{Digest, Shot};
+use crate::photon::lanes::{LANES, SideLanes};
+use crate::photon::stream::{Visitor, stream};
+use crate::photon::surface::Side;
+use crate::photon::trace::{DEFAULT_MAX_BOUNCES, Segment, Tracer};
+use crate::photon::wave::Part;
 use crate::scene::Model;
 
 /// Words of 32 bits of a hashed hit: photon (two words), bounce, triangle, `t`, `u`, `v`, little-endian.
