@@ -2,6 +2,7 @@
 
 use arboleda::{AnyIndex, Block, IndexKind, Options, Triangle, Vec3};
 
+use crate::photon::{Segment, Visitor};
 use crate::scene::{AreaLight, Model};
 
 /// Index with its memory.
@@ -94,4 +95,19 @@ pub fn sphere(centre: Vec3, radius: f32, level: u32) -> Vec<Triangle> {
             Triangle::new(a, b, c)
         })
         .collect()
+}
+
+/// Collects segments.
+pub(crate) struct Collector;
+
+impl Visitor for Collector {
+    type State = Vec<Segment>;
+
+    fn begin(&self) -> Vec<Segment> {
+        Vec::new()
+    }
+
+    fn visit(&self, segments: &mut Vec<Segment>, segment: &Segment) {
+        segments.push(*segment);
+    }
 }

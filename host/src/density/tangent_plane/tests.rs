@@ -10,8 +10,8 @@ use crate::density::fixtures::{
     Lit, assert_near, lamp_over_floor, lamp_over_plate, on_floor, turned, uniform_furnace,
 };
 use crate::density::{Estimate, Facing, Fan, Gather, MapEstimator, Receiver};
-use crate::photon::fixtures::{closed_box, sphere};
-use crate::photon::{PhotonRandom, Segment, Visitor};
+use crate::photon::PhotonRandom;
+use crate::photon::fixtures::{Collector, closed_box, sphere};
 use crate::scene::{AreaLight, Model};
 
 pub(super) fn disc(radius: f32) -> TangentPlane {
@@ -214,19 +214,6 @@ fn slack_sees_the_inside_of_a_sphere() {
     assert!(mean(0.0) < 0.2, "every segment ends before the plane");
     assert_near(mean(0.15), 0.9633, 0.03, "slack 0.15");
     assert_near(mean(0.3), 0.9710, 0.03, "slack 0.3");
-}
-
-/// Collects all segments.
-struct Collector;
-
-impl Visitor for Collector {
-    type State = Vec<Segment>;
-    fn begin(&self) -> Vec<Segment> {
-        Vec::new()
-    }
-    fn visit(&self, segments: &mut Vec<Segment>, segment: &Segment) {
-        segments.push(*segment);
-    }
 }
 
 #[test]

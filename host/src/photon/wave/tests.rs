@@ -3,9 +3,9 @@
 use arboleda::{AnyIndex, IndexKind, SimdLevel, Triangle, Vec3};
 
 use super::Wave;
-use crate::photon::fixtures::{BuiltIndex, closed_box, lamp, model, quad, sphere};
+use crate::photon::fixtures::{BuiltIndex, Collector, closed_box, lamp, model, quad, sphere};
 use crate::photon::shot::Counting;
-use crate::photon::stream::{CHUNK, Tally, Visitor, stream};
+use crate::photon::stream::{CHUNK, Tally, stream};
 use crate::photon::trace::{Segment, Tracer};
 use crate::scene::{FaceLight, LitSides, Model};
 
@@ -127,21 +127,6 @@ fn unusual_photons() {
     check(&edge, 0..2000, 64);
     edge.lights[0].corner = Vec3::splat(-f32::MAX);
     check(&edge, 0..2000, 64);
-}
-
-/// Collects the segments of chunks.
-struct Collector;
-
-impl Visitor for Collector {
-    type State = Vec<Segment>;
-
-    fn begin(&self) -> Vec<Segment> {
-        Vec::new()
-    }
-
-    fn visit(&self, segments: &mut Vec<Segment>, segment: &Segment) {
-        segments.push(*segment);
-    }
 }
 
 #[test]

@@ -313,9 +313,8 @@ pub unsafe extern "C" fn prove_many(
     scratch: Slice<u8>,
 ) -> usize {
     // SAFETY: the caller fulfils the conditions of `Slice::get`.
-    let (bytes, mesh, rays, hits, occluded, scratch) = unsafe {
-        (bytes.get(), mesh.get(), rays.get(), hits.get(), occluded.get(), scratch.get())
-    };
+    let (bytes, mesh, rays, hits, occluded, scratch) =
+        unsafe { (bytes.get(), mesh.get(), rays.get(), hits.get(), occluded.get(), scratch.get()) };
     let Some(Ok(index)) = read(number, bytes, mesh) else {
         return 0;
     };
