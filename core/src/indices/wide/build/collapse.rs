@@ -13,6 +13,10 @@
 //! # What lost
 //! - Filling nodes from above, by dividing the costliest part until there are eight: nodes have fewer children (4.2
 //!   instead of 6.1 on figure 4), 1 to 4 bytes a triangle more, and a ray enters up to 7% more nodes.
+//! - Reinsertion of the leaves before the collapse, three passes over all nodes (D. Meister, J. Bittner, *Parallel
+//!   Reinsertion for Bounding Volume Hierarchy Optimization*, 2018): four to ten times the build. Rays that leave the
+//!   surfaces evenly enter 3% fewer nodes in a district, and as many to 3% more in figures 3 and 4(b), a city and a mesh.
+//! - Costs by the number of 1,024 sampled rays that meet a box, in addition: within 1% of that.
 //!
 //! # Source
 //! H. Ylitie, T. Karras, S. Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*,
