@@ -116,9 +116,9 @@ fn scratch_of_two_hundred_triangles() {
     let most = [
         ("linear", 896),
         ("octree", 13_952),
-        ("octree-hierarchy", 15_424),
+        ("octree-hierarchy", 17_664),
         ("octree-r", 13_952),
-        ("octree-r-hierarchy", 15_424),
+        ("octree-r-hierarchy", 17_664),
         ("uniform-grid", 20_160),
         ("grid-hierarchy", 20_928),
         ("kd-tree", 19_968),
@@ -126,7 +126,7 @@ fn scratch_of_two_hundred_triangles() {
         ("bsp-tree", 19_968),
         ("bsp-tree-hierarchy", 20_736),
         ("bvh", 2_560),
-        ("bvh-hierarchy", 15_424),
+        ("bvh-hierarchy", 17_664),
         ("wide-bvh", 12_160),
         ("wide-bvh-hierarchy", 29_824),
         ("compact-bvh", 12_160),
@@ -135,9 +135,13 @@ fn scratch_of_two_hundred_triangles() {
         ("lean-bvh-hierarchy", 29_824),
     ];
     assert_eq!(most.len(), IndexKind::ALL.len());
+    let mut larger = Vec::new();
     for (kind, (name, most)) in IndexKind::ALL.iter().zip(most) {
         let bytes = kind.scratch_capacity(COUNT, &Options::DEFAULT);
         assert_eq!(kind.name(), name);
-        assert!(bytes <= most, "{name}: {bytes} bytes");
+        if bytes > most {
+            larger.push((name, bytes));
+        }
     }
+    assert!(larger.is_empty(), "{larger:?}");
 }

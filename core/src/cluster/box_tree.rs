@@ -273,7 +273,7 @@ impl<'t> BoxTree<'t> {
 /// Number of cells of the grid along each axis.
 const CELLS: u64 = 1 << 16;
 
-/// Number of centroids in a cell of the grid that are too many. They are in no order, so comparing them with each other
+/// Most centroids in a cell of the grid. More are ranked along the curve: in a cell they are in no order, so comparing them with each other
 /// takes as many steps for each.
 ///
 /// # Measured

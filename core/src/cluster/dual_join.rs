@@ -4,16 +4,17 @@
 //! boxes:  a a a a b b b c c d d d d d ...     the caller's order; fragments, which are one component already, are runs
 //! nodes:  complete binary tree over groups of eight, each node in front of its two subtrees
 //! ```
-//! 1. [`within`](Join::within) a node: join the boxes of either child, then those of one child with those of the other.
+//! 1. [`within`](Join::within) a node: join the boxes of each child, then those of one child with those of the other.
 //! 2. [`between`](Join::between) two nodes that are at most delta apart: descend into all four pairs of children, down to
 //!    pairs of groups, which are compared box by box.
 //! 3. A node is marked once all boxes below it are known to be in one component. Two marked nodes of one component need
 //!    no descent.
 //!
-//! Because of step 3, many boxes in one place cost no more than few. The answer is that of comparing all pairs.
+//! Because of step 3, boxes in one place take few pairs of nodes, not all. The answer is that of comparing all pairs of
+//! boxes.
 //!
-//! A subtree's nodes are a run, and so are its boxes. If fragments are runs too, step 1 needs nothing else, so an executor
-//! may run both children of a node in parallel. Components are sets, whatever the order in which they grow, so the answer
+//! A subtree's nodes are a run, and so are its boxes. If fragments are runs too, each child needs only its own slices
+//! of marks and components, so an executor may run both children of a node in parallel. Components are sets, whatever the order in which they grow, so the answer
 //! is the same.
 //!
 //! # What lost

@@ -32,7 +32,8 @@ pub(super) const fn scratch_bytes(count: usize) -> usize {
     if tree > sort { tree } else { sort }
 }
 
-/// Joins the components of all `members` whose boxes are at most delta apart.
+/// Unites, in the union-find `component`, all members whose boxes are at most the root of `delta_squared` apart. Reorders
+/// `members`.
 ///
 /// `None` if the scratch is too small.
 pub(super) fn connect(
@@ -84,7 +85,8 @@ pub(super) fn connect(
         build(members);
     }
 
-    // 3. Begin with the fragments: a box says that it continues the one before, or refers to the first one.
+    // 3. Begin with the fragments. By fragment, each box but the first says that it continues the one before; along the
+    // curve, each refers to the first box of its fragment.
     let (parents, first_of) = (order, starts);
     first_of.fill(NONE);
     let slots = parents.iter_mut().zip(sorted.iter_mut());

@@ -8,8 +8,8 @@ use crate::memory::put;
 use crate::query::{All, AllHits, BatchQuery, Closest, Count, Counters, Hit, Occluded, Query};
 use crate::structure::{Representation, Structure};
 
-/// Length in bytes of a scratch that every batch query of every index can use, wherever it begins. 0 if the target or
-/// the features have no index that uses one.
+/// Length in bytes of a scratch that every batch query of every index can use, wherever it begins: about 76 KiB on
+/// x86-64. 0 if the target or the features have no index that uses one.
 ///
 /// # Examples
 /// ```
@@ -82,11 +82,11 @@ impl<'a, R: Representation> Index<'a, R> {
 
     /// Finds the closest hit of each ray, or [`Hit::NONE`]: the same bits as [`Index::closest_hit`].
     ///
-    /// It takes less time than single rays; [`Index::closest_hits_in`] takes the least. Rays and hits beyond the shorter of
-    /// both slices are ignored.
+    /// In the wide, compact and lean BVH it takes less time than single rays; [`Index::closest_hits_in`] takes the least.
+    /// Rays beyond the length of `hits` are not asked about; hits beyond the length of `rays` stay as they are.
     ///
-    /// On targets with vector registers, the wide, compact and lean BVH traverse four rays in turn, whose state takes some
-    /// 13 KiB of the stack; single rays take less. For other targets see [`IndexKind`](crate::IndexKind#stack).
+    /// On targets with vector registers, these three traverse four rays in turn, whose state takes some 13 KiB of the
+    /// stack; single rays take less. For other targets see [`IndexKind`](crate::IndexKind#stack).
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
         self.closest_hits_in(rays, hits, &mut []);
     }
@@ -119,7 +119,8 @@ impl<'a, R: Representation> Index<'a, R> {
         self.run_each(scratch, count, start, finish);
     }
 
-    /// Finds all hits, sorted by `(t, id)`. If `buffer` is too short, it gets the closest ones.
+    /// Finds all hits, sorted by `(t, id)`. If `buffer` is too short, it gets the closest ones, and
+    /// [`AllHits::truncated`] is true.
     pub fn all_hits<'h>(&self, ray: &Ray, buffer: &'h mut [Hit]) -> AllHits<'h> {
         let mut query = All::new(ray, buffer, ());
         self.run(&mut query);

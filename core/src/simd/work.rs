@@ -9,7 +9,7 @@
 
 use crate::input::SimdLevel;
 
-/// Work that can be compiled for more instructions than the crate that defines it.
+/// Function body that is compiled once for each SIMD instruction set. [`SimdLevel::run`] calls the one for its level.
 ///
 /// # Examples
 /// ```
@@ -42,7 +42,7 @@ impl SimdLevel {
     /// work's own code is the same.
     ///
     /// # Panics
-    /// Never by itself.
+    /// If the work panics.
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Output {
         #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]

@@ -8,8 +8,8 @@
 //!                                          shot -> Shot, Digest
 //! ```
 //!
-//! Every result is a function of the model and the options. It does not depend on the index, the threads or the
-//! machine. Only `+ - * / sqrt` are used on floats.
+//! Every result but times and counters is a function of the model and the options. It does not depend on the index, the
+//! threads or the machine. Only `+ - * / sqrt` are used on floats.
 // A loop over lanes is turned into vectors only if all that it calls is inlined, and has no branch; see `lanes`.
 #![allow(clippy::inline_always, clippy::needless_bitwise_bool)]
 

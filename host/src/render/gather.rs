@@ -44,7 +44,7 @@ struct End {
 #[derive(Clone, Copy, Default)]
 struct Gathered {
     exitance: [f64; 3],
-    /// Sum of the squares of the mean of the three.
+    /// Sum over the rays of the square of the mean of the three channels.
     squares: f64,
     count: u32,
 }
@@ -70,8 +70,8 @@ impl<'s> Gathering<'s> {
     /// Estimates the irradiance at the next points of the picture, in their order, in the caller's pool. `field` is the
     /// light at the ends.
     ///
-    /// The count is that of all photons that were found, and the radius that of the direct estimate. The standard error
-    /// is that of the direct estimate and of the mean over the rays.
+    /// The count is that of all photons that were found, and the radius that of the direct estimate. The standard error is
+    /// the root of the sum of two squares: the direct estimate's, and that of the mean over the rays.
     ///
     /// # Errors
     /// [`EstimatorError::Disc`].

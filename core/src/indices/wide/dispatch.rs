@@ -105,7 +105,7 @@ mod x86_64 {
     /// | speed | 0.90 | 1.01 | 1.05 | 1.09 | 1.15 |
     ///
     /// On the stack instead of in a caller's scratch, it is as fast from 256 rays on. But few stacks of fibers hold
-    /// 77 KiB, and a query must not overflow them.
+    /// 76 KiB, and a query must not overflow them.
     pub const MANY: usize = 64;
 
     /// Traverses a tree for each query by the wavefront. The level has AVX2.

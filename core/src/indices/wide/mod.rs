@@ -14,10 +14,10 @@
 //! ```
 //!
 //! # Unsafe
-//! All of the crate's `unsafe` is calls of functions that are compiled for instructions which the processor may not
+//! The `unsafe` of these indices is calls of functions that are compiled for instructions which the processor may not
 //! have. [`SimdLevel`](crate::SimdLevel) allows such instructions only after asking the processor.
 //!
-//! | module | calls | gain, instructions of a query |
+//! | module | calls | gain |
 //! |---|---|---|
 //! | `dispatch` | the traversal and the wavefront, compiled for AVX2 or AVX-512 | the calls of the other modules are inlined into them |
 //! | [`simd`](crate::simd) | eight boxes, eight triangles, one triangle in `f64` | about a third of the time |

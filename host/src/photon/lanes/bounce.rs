@@ -7,7 +7,7 @@
 use arboleda::{Hit, Ray, SimdLevel, Vec3, Work};
 
 use super::emit::words_of;
-use super::{DiscPoint, LANES, LaneRays, MOST_ATTEMPTS, Vectors, Words, put, wide};
+use super::{DiscPoint, LANE_ATTEMPTS, LANES, LaneRays, Vectors, Words, put, wide};
 use crate::photon::random::{Place, halves, philox_lanes};
 use crate::photon::surface::hemisphere::Frame;
 use crate::photon::surface::offset::Departure;
@@ -87,7 +87,7 @@ impl BounceLanes {
     #[inline(always)]
     pub fn ray(&self, lane: usize, place: &mut Place) -> Option<Ray> {
         let attempts = self.rays.attempts[lane];
-        if attempts > MOST_ATTEMPTS {
+        if attempts > LANE_ATTEMPTS {
             return None;
         }
         let ray = self.rays.ray(lane).ok()?;

@@ -6,7 +6,7 @@
 
 use arboleda::{Ray, SimdLevel, Work};
 
-use super::{DiscPoint, LANES, LaneRays, MOST_ATTEMPTS, Words, part, put};
+use super::{DiscPoint, LANE_ATTEMPTS, LANES, LaneRays, Words, part, put};
 use crate::photon::emission::{Emitter, Parallelogram};
 use crate::photon::random::{PhotonRandom, Place, halves, philox_lanes};
 
@@ -92,12 +92,12 @@ impl EmissionLanes {
     fn try_later_points(&mut self, shape: &Parallelogram, light: usize) {
         let rays = &mut self.lights[light].rays;
         for lane in 0..LANES {
-            if rays.attempts[lane] > MOST_ATTEMPTS && usize::from(self.light_of[lane]) == light {
+            if rays.attempts[lane] > LANE_ATTEMPTS && usize::from(self.light_of[lane]) == light {
                 let photon = self.first.wrapping_add(lane as u64);
                 let block = words_of(&self.block1, lane);
-                let place = Place { photon, draw_count: 3 + 2 * MOST_ATTEMPTS, block };
+                let place = Place { photon, draw_count: 3 + 2 * LANE_ATTEMPTS, block };
                 let mut random = PhotonRandom::at(self.seed, place);
-                let direction = shape.direction(&mut random, MOST_ATTEMPTS as u32);
+                let direction = shape.direction(&mut random, LANE_ATTEMPTS as u32);
                 put(&mut rays.directions, lane, direction);
                 let Place { draw_count, block, .. } = *random.place();
                 rays.attempts[lane] = (draw_count - 3) / 2;

@@ -45,7 +45,7 @@ use crate::vector::Vector64;
 pub(super) const LANES: usize = 32;
 
 /// Most points that are tried in lanes: the second fails with a probability of (1 - pi/4)^2, or 5%.
-const MOST_ATTEMPTS: u64 = 2;
+const LANE_ATTEMPTS: u64 = 2;
 
 /// Word of each lane: 32 random bits in the low half.
 type Words = [u64; LANES];
@@ -57,7 +57,7 @@ type Vectors = [[f32; LANES]; 3];
 struct LaneRays {
     origins: Vectors,
     directions: Vectors,
-    /// Points tried for the direction; above [`MOST_ATTEMPTS`] if none of them lies in the disc.
+    /// Points tried for the direction. Above [`LANE_ATTEMPTS`], none of those in lanes lies in the disc.
     attempts: Words,
 }
 
@@ -80,12 +80,12 @@ fn mantissa(word: u64) -> u64 {
 /// Computes the middle of one of 2^24 equal parts of 0 to 1, exactly.
 #[inline(always)]
 fn part(word: u64) -> f64 {
-    /// Bits of 1.0, and of half a step of 2^-24.
-    const ONE_AND_A_HALF_STEP: u64 = 0x3ff0_0000_0000_0000 | 1 << 27;
-    f64::from_bits(ONE_AND_A_HALF_STEP | mantissa(word)) - 1.0
+    /// Bits of 1 + 2^-25.
+    const ONE_AND_HALF_STEP: u64 = 0x3ff0_0000_0000_0000 | 1 << 27;
+    f64::from_bits(ONE_AND_HALF_STEP | mantissa(word)) - 1.0
 }
 
-/// Computes twice a uniform draw less 1, exactly.
+/// Computes `2 u - 1` for a uniform draw `u`, exactly.
 #[inline(always)]
 fn coordinate(word: u64) -> f64 {
     /// Bits of 2.0.
@@ -109,7 +109,7 @@ impl DiscPoint {
         let (x2, y2) = (coordinate(x2), coordinate(y2));
         let is_first = square_of(x1, y1) < 1.0;
         let is_second = square_of(x2, y2) < 1.0;
-        let attempts = if is_second { 2 } else { MOST_ATTEMPTS + 1 };
+        let attempts = if is_second { 2 } else { LANE_ATTEMPTS + 1 };
         Self {
             x: if is_first { x1 } else { x2 },
             y: if is_first { y1 } else { y2 },

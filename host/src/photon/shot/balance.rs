@@ -15,7 +15,7 @@ pub struct Balance {
     pub absorbed: u64,
     /// Photons that left the scene.
     pub escaped: u64,
-    /// Photons that reached the most bounces.
+    /// Photons that would have bounced once more than the most bounces.
     pub cut_off: u64,
     /// Photons for which no valid ray could be made; see [`PathEnd::Refused`].
     pub refused: u64,

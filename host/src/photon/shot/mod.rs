@@ -60,8 +60,8 @@ impl Shot {
         count as f64 * self.balance.photon_flux()
     }
 
-    /// Computes the irradiance of a triangle, its flux divided by its area, in watts per square metre; 0 if it has no
-    /// area.
+    /// Computes the irradiance of a triangle: the flux on both sides, divided by the area of one, in watts per square
+    /// metre if coordinates are in metres; 0 if it has no area. The relative standard error is about 1/√hits.
     pub fn irradiance(&self, id: TriangleId, triangle: &Triangle) -> f64 {
         let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
         let area = 0.5 * (b - a).cross(c - a).length();

@@ -32,7 +32,7 @@
 //! # Proof: the photon does not slip through a neighbour
 //! - The origin is at most 1.5 heights above the triangle and at least 15 heights inside each edge.
 //! - So it is on the right side of every triangle that joins this one in an edge or corner at an angle, measured on the
-//!   photon's side, of more than atan(1.5 / 15), or 5.8 degrees.
+//!   photon's side, of more than atan(1.5 / 15), or 5.8 degrees rounded up.
 //! - In a triangle too small for the margin, the origin is the incentre, the point farthest from the edges.
 //!
 //! # Limits
@@ -60,7 +60,7 @@ const SUBNORMAL: f64 = 1.0 / (1_u128 << 70) as f64 / (1_u128 << 70) as f64;
 /// Least distance of an origin from the edges, in heights.
 ///
 /// - 16 moves photons near an edge by 4 mm on coordinates of 1000, and handles creases from 5.8 degrees.
-/// - 64 would handle creases from 1.5 degrees, but would move photons by 15 mm.
+/// - 64 would handle creases from 1.4 degrees, but would move photons by 15 mm.
 pub(in crate::photon) const MARGIN: f64 = 16.0;
 
 /// Computes the height of an origin above the triangle's plane. The point's coordinates are at most `largest`, those of

@@ -18,7 +18,7 @@ pub enum Side {
 impl Side {
     /// Decides on which side a ray hits a triangle, as [`Side::met`] does for a ray that hits it.
     ///
-    /// A ray that reaches the plane at `t` above 0 comes from the side against which its direction points. The sign of
+    /// For `t` above 0, the ray hits the front if its direction and the normal have a negative dot product. The sign of
     /// `d . (e1 x e2)` is certain beyond the bound of the kernel. Other hits are decided exactly.
     #[inline]
     pub fn hit(triangle: &Triangle, ray: &Ray, hit: &Hit) -> Self {

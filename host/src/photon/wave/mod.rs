@@ -65,7 +65,7 @@ impl<'t, 'm> Wave<'t, 'm> {
         self.rays.len()
     }
 
-    /// Counts the photons from a place on whose numbers are below `end`.
+    /// Counts the photons from index `first` on with a number below `end`.
     pub fn count_below(&self, first: usize, end: u64) -> usize {
         self.photons[first..].partition_point(|photon| photon.place.photon < end)
     }

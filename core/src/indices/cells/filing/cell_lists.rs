@@ -156,8 +156,8 @@ impl Parts {
         ((references <= most_references).then_some(parts), steps)
     }
 
-    /// The number of references that the subtree of a part with `count` triangles may have: in proportion to them, and
-    /// at least as many.
+    /// The number of references that the subtree of a part with `count` triangles may have: in proportion to them. It is
+    /// at least `count`, because the whole has no more references than it may.
     pub fn share(&self, count: usize) -> u64 {
         let product = u128::from(self.most_references) * count as u128;
         product.checked_div(u128::from(self.references)).unwrap_or(0) as u64

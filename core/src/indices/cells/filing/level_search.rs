@@ -1,11 +1,11 @@
 //! Search for the level at which a tree of cells stops getting cheaper, level by level.
 //!
 //! ```text
-//! level 0            A                 cost(0) = A as a leaf
+//! level 0            A                 cost(0) = entering A + tests in A
 //!               /    |    \
-//! level 1      B     C     D           cost(1) = A + B, C, D as leaves
+//! level 1      B     C     D           cost(1) = entering A to D + tests in B, C and D
 //!             / \         / \
-//! level 2    E   F       G   H         cost(2) = A + B, C, D + tests in C + E, F, G, H as leaves
+//! level 2    E   F       G   H         cost(2) = entering A to H + tests in C, E, F, G and H
 //! ```
 //! No division depends on what is below it. So a tree that ends at a level is the deeper tree without the nodes below
 //! that level, and its cost follows from the sums over the nodes of each level. The search divides each node once.

@@ -68,7 +68,7 @@ fn narrowed([x, y, z]: [f64; 3]) -> Vec4 {
     Vec4::new(x as f32, y as f32, z as f32, 0.0)
 }
 
-/// For each set of axes, the octants that are in the upper half on no other axes.
+/// For each set of axes, the octants whose axes of the upper half are all in the set.
 const SUBSETS: [u8; 8] = octants_by_axes(false);
 /// For each set of axes, the octants that are in the upper half on all of them.
 const SUPERSETS: [u8; 8] = octants_by_axes(true);

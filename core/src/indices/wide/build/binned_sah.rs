@@ -5,9 +5,9 @@
 //! ```
 //! 1. [`Bins`]: the box around the centroids is divided into bins, along all three axes.
 //! 2. [`Binned::add_all`]: each primitive, or each fifth of very many, adds its box and its count to its bin on each axis.
-//! 3. [`Binned::best_plane`]: a sweep upwards sums up (half area) * √(leaves) of what lies below each plane, a sweep
+//! 3. [`Binned::best_plane`]: a sweep upwards sums up (half area) * √(leaves), see [`cost_of`], of what lies below each plane, a sweep
 //!    downwards adds what lies above, on all axes at once. The least sum wins.
-//! 4. [`sort_by_plane`]: the primitives are partitioned by the plane, the cheaper side to the front.
+//! 4. [`partition_by_plane`]: the primitives are partitioned by the plane, the cheaper side to the front.
 //!
 //! # Source
 //! I. Wald, *On Fast Construction of SAH-Based Bounding Volume Hierarchies*, 2007.
@@ -43,7 +43,8 @@ const FEW: usize = 96;
 ///   5% more nodes and half as much scratch again.
 const EVERY_FIFTH: usize = 16_384;
 
-/// Splits more than eight primitives in two at the least SAH cost, or equally where no plane separates them. Returns
+/// Splits more than eight primitives in two at the least cost, or equally where there is no plane: none separates them,
+/// or all costs overflow, or rounding leaves a side empty. Returns
 /// the length of the first part, and the bounds of both.
 pub(crate) fn split_by_sah(
     primitives: &mut [Primitive],
@@ -66,7 +67,7 @@ fn split_by_bins<const N: usize>(
     let mut binned = Binned::<N>::EMPTY;
     binned.add_all(primitives, &bins);
     match binned.best_plane() {
-        Some(plane) => sort_by_plane(primitives, &bins, &plane),
+        Some(plane) => partition_by_plane(primitives, &bins, &plane),
         None => split_equally(primitives),
     }
 }
@@ -303,7 +304,7 @@ impl Sides {
 /// # What lost
 /// - Finding the sides of 32 primitives from either end, and then exchanging only those on the wrong side: as long.
 /// - A stable order by way of spare memory: as long.
-fn sort_by_plane(
+fn partition_by_plane(
     primitives: &mut [Primitive],
     bins: &Bins,
     plane: &BinPlane,

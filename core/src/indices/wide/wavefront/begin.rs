@@ -67,7 +67,7 @@ pub(super) fn begin<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(
         }
         slot.hit = Hit::NONE;
         slot.link = root;
-        slot.end();
+        slot.clear_stack();
         slot.stack[0].keys = Entry::BOTTOM.keys;
         nodes.put(node_count, id);
         node_count += 1;

@@ -31,7 +31,7 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
             let found = tree.filter_leaf::<Q>(step, &slot.ray, slot.last);
             if Q::ANY && found.sure != 0 {
                 slot.hit = FOUND;
-                slot.end();
+                slot.clear_stack();
                 break;
             }
             // The first is always written, and kept if there is one. More are rare.
@@ -79,7 +79,7 @@ fn judge<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F>(
             let id = quad.ids[lane];
             if Q::ANY {
                 slot.hit = FOUND;
-                slot.end();
+                slot.clear_stack();
             } else if t < slot.last || t == slot.last && id < slot.hit.triangle {
                 // Far from 1, the sum needs no exact arithmetic to be at most 1.
                 let v = if u + v < 0.999 { v } else { clamped(u, v) };
@@ -122,6 +122,6 @@ fn decide<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F>(
     slot.hit = query.answer();
     slot.last = last_t(&query);
     if decided.is_break() {
-        slot.end();
+        slot.clear_stack();
     }
 }

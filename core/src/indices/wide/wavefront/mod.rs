@@ -18,8 +18,8 @@
 //! | `judge` | with a triangle left: decides four such pairs at once in `f64` | `leaves` |
 //!
 //! - Leaves are tested once 16 rays are at leaves, or fewer than 16 at nodes.
-//! - A pass has no branch that depends on a ray. Both queues between which a ray might be put get its id, and one counts
-//!   it. So the processor works on as many rays at once as its buffers hold.
+//! - A pass has no branch that depends on a ray. The ray's id is written behind both queues to which it may go, and only
+//!   the length of the right one grows. So the processor works on as many rays at once as its buffers hold.
 //! - A ray's order of nodes is that of a single ray. What differs is when a hit shortens it, which changes no answer.
 //! - Rays that lanes cannot take are answered when their turn comes to begin. A ray whose stack is too short is
 //!   traversed on its own in the end.

@@ -16,12 +16,12 @@ pub(super) fn test_boxes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
         let (keys, links) =
             (tree.meet_node(slot.link, &slot.ray, slot.last), tree.links(slot.link));
         let (Some(keys), Some(links)) = (keys, links) else {
-            slot.end();
+            slot.clear_stack();
             continue;
         };
         if slot.height >= STACK as u32 {
             slot.index |= GAVE_UP;
-            slot.end();
+            slot.clear_stack();
             continue;
         }
         // The entry is always written, and kept if a child is met.

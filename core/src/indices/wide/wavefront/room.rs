@@ -54,8 +54,8 @@ pub(super) struct Slot {
 }
 
 impl Slot {
-    /// Ends the walk: all that waits is dropped.
-    pub fn end(&mut self) {
+    /// Drops all entries but the lowest. A ray that takes its next child then ends its walk.
+    pub fn clear_stack(&mut self) {
         self.height = 1;
     }
 }
