@@ -130,10 +130,7 @@ pub(crate) struct Candidates {
 // For the wavefront, which other targets have not.
 #[cfg_attr(not(all(target_arch = "x86_64", target_feature = "sse2")), allow(dead_code))]
 impl Candidates {
-    /// No triangle.
-    pub const NONE: Self = Self { any: 0, sure: 0 };
-
-    /// Those of the triangles that are in `lanes`.
+    /// The same result, restricted to the triangles in `lanes`.
     #[inline(always)]
     pub fn within(self, lanes: u32) -> Self {
         Self { any: self.any & lanes, sure: self.sure & lanes }

@@ -115,15 +115,15 @@ pub trait Query: Sealed {
 }
 
 impl Candidates {
-    /// Tells the query if a triangle in `lanes` is surely hit. Returns the triangles in `lanes` that it has to judge.
+    /// Tells the query if a triangle is surely hit. Returns the triangles that it has to judge.
     // Forced: the traversal of the wide BVH is compiled for the instructions of its lanes, with all that it calls.
     #[allow(clippy::inline_always)]
     #[inline(always)]
-    pub(crate) fn of<Q: Query>(self, lanes: u32, query: &mut Q) -> ControlFlow<(), u32> {
-        if self.sure & lanes != 0 {
+    pub(crate) fn of<Q: Query>(self, query: &mut Q) -> ControlFlow<(), u32> {
+        if self.sure != 0 {
             query.surely_hit()?;
         }
-        ControlFlow::Continue(self.any & lanes)
+        ControlFlow::Continue(self.any)
     }
 }
 

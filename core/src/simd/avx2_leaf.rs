@@ -66,7 +66,7 @@ fn test_with<T: Borrow<Triangle>, Q: Query>(
             let [t, u, v, w] = upper.each_ref().map(Borrow::borrow);
             meet_eight::<Q>([p, q, r, s, t, u, v, w], ray, last)
         };
-        let lanes = met.of((1 << ids.len()) - 1, query)?;
+        let lanes = met.within((1 << ids.len()) - 1).of(query)?;
         decide_each::<Avx2, Q>(lanes, ray, query, |lane| {
             let id = ids.get(lane).copied().unwrap_or(u32::MAX);
             (TriangleId(id), get(id).map_or(Triangle::default(), |triangle| *triangle.borrow()))

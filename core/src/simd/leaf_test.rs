@@ -110,7 +110,7 @@ fn test_four<Q: Query>(
     query: &mut Q,
 ) -> ControlFlow<()> {
     let met = meet_four::<Q>(four, ray, query.last_t());
-    decide_each::<Portable, Q>(met.of((1 << ids.len()) - 1, query)?, ray, query, |lane| {
+    decide_each::<Portable, Q>(met.within((1 << ids.len()) - 1).of(query)?, ray, query, |lane| {
         let id = ids.get(lane).copied().unwrap_or(u32::MAX);
         (TriangleId(id), *four[lane % 4])
     })

@@ -259,6 +259,10 @@ impl<'p> Meeting<'p> {
 /// The largest `f32` that exceeds neither `v` nor the exact `1 - u`.
 #[inline]
 pub(crate) fn clamped(u: f32, v: f32) -> f32 {
+    // Far from 1, the sum needs no exact arithmetic to be at most 1.
+    if u + v < 0.999 {
+        return v;
+    }
     // Rounded down where u is too small for the difference to be exact.
     let rounded = 1.0 - f64::from(u);
     let room = if 1.0 - rounded < f64::from(u) { rounded.next_down() } else { rounded };

@@ -148,7 +148,7 @@ impl<L: Lanes> Walk<L> {
         // 1. Enter a leaf and take the topmost node that waits, or enter a node.
         let (mut keys, mut above);
         if self.next.link & LEAF_BIT != 0 {
-            tree.test_leaf(self.next, &self.ray, last_t(query), query)?;
+            tree.test_leaf(self.next, &self.ray, query)?;
             let Some(top) = self.pop() else { return DONE };
             (keys, above) = top;
         } else {

@@ -2,10 +2,10 @@
 
 use core::ops::ControlFlow;
 
-use super::rows::{EMPTY, Row};
+use super::rows::{EMPTY, LANES, Row};
 use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::query::{Query, TriangleId};
-use crate::simd::Lanes;
+use crate::simd::{Lanes, decide_each, last_t};
 
 /// Tree of nodes of up to eight boxes, and of leaves of up to eight triangles.
 pub(crate) trait Tree: Copy {
@@ -22,8 +22,38 @@ pub(crate) trait Tree: Copy {
         show: impl FnMut(usize, Step, Aabb) -> ControlFlow<()>,
     ) -> ControlFlow<()>;
 
+    /// Up to eight triangles of a leaf, which are tested at once. Most leaves have one bundle.
+    type Bundle: Copy;
+
+    /// The first bundle of a leaf; `None` for a link that leads nowhere.
+    fn first_bundle(self, leaf: Step) -> Option<Self::Bundle>;
+
+    /// The next bundle of the same leaf.
+    #[inline(always)]
+    fn next_bundle(self, _: Self::Bundle) -> Option<Self::Bundle> {
+        None
+    }
+
+    /// The lanes of a bundle that hold triangles, one bit each.
+    fn lanes(self, bundle: Self::Bundle) -> u32;
+
+    /// The triangle in one lane of a bundle.
+    fn triangle(self, bundle: Self::Bundle, lane: usize) -> (TriangleId, Triangle);
+
     /// Shows the query the triangles of a leaf, without a filter, and counts them.
-    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()>;
+    fn decide_leaf<Q: Query>(self, leaf: Step, query: &mut Q) -> ControlFlow<()> {
+        let mut next = self.first_bundle(leaf);
+        while let Some(bundle) = next {
+            let lanes = self.lanes(bundle);
+            query.count_tests(lanes.count_ones());
+            for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
+                let (id, triangle) = self.triangle(bundle, lane);
+                query.decide(id, &triangle)?;
+            }
+            next = self.next_bundle(bundle);
+        }
+        ControlFlow::Continue(())
+    }
 }
 
 /// Tree that can be read by the lanes `L`.
@@ -36,34 +66,34 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
     /// The child in one lane of a node.
     fn child(self, link: u32, lane: usize) -> Option<Step>;
 
-    /// Tests the triangles of a leaf: counts all, and lets the query judge those that the ray may hit up to `last`.
-    fn test_leaf<Q: Query>(
-        self,
-        step: Step,
-        ray: &LaneRay,
-        last: f32,
-        query: &mut Q,
-    ) -> ControlFlow<()>;
+    /// Filters the triangles of a bundle: those that the ray may hit up to `last`. The bits of unused lanes are
+    /// arbitrary.
+    fn filter<Q: Query>(self, bundle: Self::Bundle, ray: &LaneRay, last: f32) -> Candidates;
+
+    /// Tests the triangles of a leaf: counts all, and lets the query judge those that the ray may hit.
+    #[inline(always)]
+    fn test_leaf<Q: Query>(self, leaf: Step, ray: &LaneRay, query: &mut Q) -> ControlFlow<()> {
+        let Some(mut bundle) = self.first_bundle(leaf) else { return ControlFlow::Continue(()) };
+        loop {
+            let lanes = self.lanes(bundle);
+            query.count_tests(lanes.count_ones());
+            let candidates =
+                self.filter::<Q>(bundle, ray, last_t(query)).within(lanes).of(query)?;
+            // A triangle is read once more, because few are candidates, and rows kept for them would cost more.
+            decide_each::<L, Q>(candidates, ray, query, |lane| self.triangle(bundle, lane))?;
+            match self.next_bundle(bundle) {
+                Some(next) => bundle = next,
+                None => return ControlFlow::Continue(()),
+            }
+        }
+    }
 
     /// The links of all children of a node, by lane.
     fn links(self, link: u32) -> Option<Row>;
 
-    /// Prefetches what a leaf names.
+    /// Prefetches the triangles that a bundle names, if they lie elsewhere.
     #[inline(always)]
-    fn prefetch_named(self, _: Step) {}
-
-    /// Filters the triangles of a leaf, or of its first part: those that the ray may hit up to `last`. The bits are the
-    /// lanes of the triangles.
-    fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates;
-
-    /// The triangle in one lane of a leaf, or of its first part.
-    fn triangle(self, step: Step, lane: usize) -> (TriangleId, Triangle);
-
-    /// What is left of a leaf after its first part.
-    #[inline(always)]
-    fn rest_of_leaf(self, _: Step) -> Option<Step> {
-        None
-    }
+    fn prefetch_triangles(self, _: Self::Bundle) {}
 
     /// Prefetches what a link leads to.
     #[inline(always)]

@@ -5,12 +5,12 @@ use core::ops::ControlFlow;
 use crate::Vec3;
 use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::indices::wide::rows::{
-    EDGES_ROW, EMPTY, EMPTY_LEAF, IDS_ROW, LANES, LEAF_ROWS, LINKS_ROW, ROW_MASK, Row, first_lane,
+    EDGES_ROW, EMPTY, IDS_ROW, LANES, LEAF_ROWS, LINKS_ROW, LeafRows, ROW_MASK, Row, first_lane,
     leaf_at, leaf_count, node_at, triangle_at,
 };
 use crate::indices::wide::tree::{InLanes, Step, Tree};
 use crate::query::{Query, TriangleId};
-use crate::simd::{Lanes, decide_each};
+use crate::simd::Lanes;
 
 /// Wide BVH: its rows, and the contents of its head.
 #[derive(Clone, Copy)]
@@ -31,7 +31,10 @@ impl<'a> WideTree<'a> {
     }
 }
 
-impl Tree for WideTree<'_> {
+impl<'a> Tree for WideTree<'a> {
+    /// The rows of a leaf, and the step to it.
+    type Bundle = (&'a LeafRows, Step);
+
     #[inline(always)]
     fn root(self) -> Step {
         self.root
@@ -59,14 +62,19 @@ impl Tree for WideTree<'_> {
         ControlFlow::Continue(())
     }
 
-    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {
-        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
-        let (first, count) = (first_lane(step.edge), leaf_count(step.link));
-        query.count_tests(count);
-        for lane in (first..first + count).map(|lane| lane as usize % LANES) {
-            query.decide(TriangleId(leaf[IDS_ROW][lane]), &triangle_at(leaf, lane))?;
-        }
-        ControlFlow::Continue(())
+    #[inline(always)]
+    fn first_bundle(self, leaf: Step) -> Option<(&'a LeafRows, Step)> {
+        Some((leaf_at(self.rows, leaf.link)?, leaf))
+    }
+
+    #[inline(always)]
+    fn lanes(self, (_, leaf): (&LeafRows, Step)) -> u32 {
+        ((1 << leaf_count(leaf.link)) - 1) << first_lane(leaf.edge)
+    }
+
+    #[inline(always)]
+    fn triangle(self, (rows, _): (&LeafRows, Step), lane: usize) -> (TriangleId, Triangle) {
+        (TriangleId(rows[IDS_ROW][lane % LANES]), triangle_at(rows, lane))
     }
 }
 
@@ -84,40 +92,18 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
     }
 
     #[inline(always)]
-    fn test_leaf<Q: Query>(
-        self,
-        step: Step,
-        ray: &LaneRay,
-        last: f32,
-        query: &mut Q,
-    ) -> ControlFlow<()> {
-        let Some(leaf) = leaf_at(self.rows, step.link) else { return ControlFlow::Continue(()) };
-        let count = leaf_count(step.link);
-        query.count_tests(count);
-        let edges = L::all(f32::from_bits(step.edge));
-        let lanes = ((1 << count) - 1) << first_lane(step.edge);
-        let candidates = L::meet_triangles::<Q>(leaf, ray, edges, last).of(lanes, query)?;
-        let triangle = |lane| (TriangleId(leaf[IDS_ROW][lane]), triangle_at(leaf, lane));
-        decide_each::<L, Q>(candidates, ray, query, triangle)
-    }
-
-    #[inline(always)]
     fn links(self, link: u32) -> Option<Row> {
         Some(node_at(self.rows, link)?[LINKS_ROW])
     }
 
     #[inline(always)]
-    fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates {
-        let Some(leaf) = leaf_at(self.rows, step.link) else { return Candidates::NONE };
-        let edges = L::all(f32::from_bits(step.edge));
-        let lanes = ((1 << leaf_count(step.link)) - 1) << first_lane(step.edge);
-        L::meet_triangles::<Q>(leaf, ray, edges, last).within(lanes)
-    }
-
-    #[inline(always)]
-    fn triangle(self, step: Step, lane: usize) -> (TriangleId, Triangle) {
-        let leaf = leaf_at(self.rows, step.link).unwrap_or(&EMPTY_LEAF);
-        (TriangleId(leaf[IDS_ROW][lane % LANES]), triangle_at(leaf, lane))
+    fn filter<Q: Query>(
+        self,
+        (rows, leaf): (&LeafRows, Step),
+        ray: &LaneRay,
+        last: f32,
+    ) -> Candidates {
+        L::meet_triangles::<Q>(rows, ray, L::all(f32::from_bits(leaf.edge)), last)
     }
 
     #[inline(always)]

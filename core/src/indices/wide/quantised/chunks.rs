@@ -15,8 +15,6 @@
 //! - The corners of eight triangles are unpacked at once.
 //! - The words end with as many zeros as the largest chunk has words, so that any chunk can be read in one piece.
 
-use core::ops::ControlFlow;
-
 use arrayvec::ArrayVec;
 
 use super::reader::Packed;
@@ -29,7 +27,6 @@ use crate::indices::wide::rows::{LANES, Row};
 use crate::input::Mesh;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
-use crate::simd::{decide_each, last_t};
 use crate::structure::Described;
 
 /// Form of the compact BVH.
@@ -112,6 +109,9 @@ impl Described for CompactBvh {
 }
 
 impl Form for Chunks {
+    /// A chunk, and its offset.
+    type Bundle<'w> = (&'w Chunk, usize);
+
     const HOLDS_TRIANGLES: bool = true;
     const ZEROS: usize = CHUNK_WORDS;
     const OFFSET: u32 = !LEAF_BIT;
@@ -171,64 +171,38 @@ impl Form for Chunks {
     }
 
     #[inline(always)]
-    fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()> {
-        for chunk in leaf_at(tree.words, link) {
-            query.count_tests(triangle_count(chunk) as u32);
-            for lane in 0..triangle_count(chunk) {
-                query.decide(TriangleId(id_at(chunk, lane)), &triangle_at(chunk, lane))?;
-            }
-        }
-        ControlFlow::Continue(())
+    fn first_bundle(tree: Packed<'_, Self>, link: u32) -> Option<(&Chunk, usize)> {
+        let offset = (link & Self::OFFSET) as usize;
+        Some((chunk_at(tree.words, offset)?, offset))
     }
 
     #[inline(always)]
-    fn test<L: Unpack, Q: Query>(
-        tree: Packed<'_, Self>,
-        link: u32,
-        ray: &LaneRay,
-        _: f32,
-        query: &mut Q,
-    ) -> ControlFlow<()> {
-        for chunk in leaf_at(tree.words, link) {
-            let count = triangle_count(chunk);
-            query.count_tests(count as u32);
-            let (leaf, edges) = (L::unpack(chunk), L::all(f32::from_bits(chunk[0] & EDGE)));
-            let last = last_t(query);
-            let candidates = L::meet_triangles::<Q>(&leaf, ray, edges, last);
-            let candidates = candidates.of((1 << count) - 1, query)?;
-            let triangle = |lane| (TriangleId(id_at(chunk, lane)), triangle_at(chunk, lane));
-            decide_each::<L, Q>(candidates, ray, query, triangle)?;
-        }
-        ControlFlow::Continue(())
+    fn next_bundle<'w>(
+        tree: Packed<'w, Self>,
+        (chunk, offset): (&Chunk, usize),
+    ) -> Option<(&'w Chunk, usize)> {
+        let offset = (chunk[0] & MORE_CHUNKS != 0).then(|| offset + chunk_length(chunk))?;
+        Some((chunk_at(tree.words, offset)?, offset))
     }
 
     #[inline(always)]
-    fn filter<L: Unpack, Q: Query>(
-        tree: Packed<'_, Self>,
-        link: u32,
-        ray: &LaneRay,
-        last: f32,
-    ) -> Candidates {
-        let Some(chunk) = chunk_at(tree.words, (link & Self::OFFSET) as usize) else {
-            return Candidates::NONE;
-        };
-        let (leaf, edges) = (L::unpack(chunk), L::all(f32::from_bits(chunk[0] & EDGE)));
-        let lanes = (1 << triangle_count(chunk)) - 1;
-        L::meet_triangles::<Q>(&leaf, ray, edges, last).within(lanes)
+    fn lanes((chunk, _): (&Chunk, usize)) -> u32 {
+        (1 << triangle_count(chunk)) - 1
     }
 
     #[inline(always)]
-    fn triangle(tree: Packed<'_, Self>, link: u32, lane: usize) -> (TriangleId, Triangle) {
-        let chunk = chunk_at(tree.words, (link & Self::OFFSET) as usize);
-        let chunk = chunk.unwrap_or(&[0; CHUNK_WORDS]);
+    fn triangle((chunk, _): (&Chunk, usize), lane: usize) -> (TriangleId, Triangle) {
         (TriangleId(id_at(chunk, lane)), triangle_at(chunk, lane))
     }
 
     #[inline(always)]
-    fn rest(words: &[u32], link: u32) -> Option<u32> {
-        let offset = (link & Self::OFFSET) as usize;
-        let chunk = chunk_at(words, offset)?;
-        (chunk[0] & MORE_CHUNKS != 0).then(|| LEAF_BIT | (offset + chunk_length(chunk)) as u32)
+    fn filter<L: Unpack, Q: Query>(
+        (chunk, _): (&Chunk, usize),
+        ray: &LaneRay,
+        last: f32,
+    ) -> Candidates {
+        let (leaf, edges) = (L::unpack(chunk), L::all(f32::from_bits(chunk[0] & EDGE)));
+        L::meet_triangles::<Q>(&leaf, ray, edges, last)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {
@@ -244,18 +218,6 @@ impl Form for Chunks {
             }
         }
     }
-}
-
-/// Iterates over the chunks of a leaf; none for the link of an unused lane, which leads past the end.
-#[inline(always)]
-fn leaf_at(words: &[u32], link: u32) -> impl Iterator<Item = &Chunk> {
-    let mut next = Some((link & Chunks::OFFSET) as usize);
-    core::iter::from_fn(move || {
-        let offset = next?;
-        let chunk = chunk_at(words, offset)?;
-        next = (chunk[0] & MORE_CHUNKS != 0).then(|| offset + chunk_length(chunk));
-        Some(chunk)
-    })
 }
 
 /// Checks that ids are those of triangles, corners are in the table, and triangles are finite.

@@ -19,8 +19,6 @@
 //! - The longest edge in a word of each leaf, as in the compact BVH: 0.6 to 1.0 bytes a triangle more, for 1% fewer
 //!   instructions of a photon.
 
-use core::ops::ControlFlow;
-
 use super::node::plane;
 use super::reader::Packed;
 use super::views::{FewBoxes, Known, Unpack};
@@ -32,7 +30,6 @@ use crate::indices::wide::rows::{LANES, Row};
 use crate::input::Mesh;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
-use crate::simd::decide_each;
 use crate::structure::Described;
 
 /// Form of the lean BVH.
@@ -70,12 +67,6 @@ fn ids_at(words: &[u32], link: u32) -> Option<(&Row, usize)> {
     Some((words.get(offset..offset + LANES)?.try_into().ok()?, last_lane))
 }
 
-#[inline(always)]
-fn known_at(tree: Packed<'_, Ids>, link: u32) -> Option<Known<'_>> {
-    let (ids, last_lane) = ids_at(tree.words, link)?;
-    Some(Known { triangles: tree.triangles(), ids, last_lane })
-}
-
 impl Described for LeanBvh {
     const NAME: &'static str = "lean-bvh";
     const HIERARCHY_NAME: &'static str = "lean-bvh-hierarchy";
@@ -85,6 +76,8 @@ impl Described for LeanBvh {
 }
 
 impl Form for Ids {
+    type Bundle<'w> = Known<'w>;
+
     const HOLDS_TRIANGLES: bool = false;
     const ZEROS: usize = WINDOW;
     const OFFSET: u32 = (1 << COUNT_SHIFT) - 1;
@@ -162,44 +155,26 @@ impl Form for Ids {
     }
 
     #[inline(always)]
-    fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()> {
-        let Some(known) = known_at(tree, link) else {
-            return ControlFlow::Continue(());
-        };
-        query.count_tests(known.last_lane as u32 + 1);
+    fn first_bundle(tree: Packed<'_, Self>, link: u32) -> Option<Known<'_>> {
+        let (ids, last_lane) = ids_at(tree.words, link)?;
+        Some(Known { triangles: tree.triangles(), ids, last_lane })
+    }
+
+    #[inline(always)]
+    fn lanes(known: Known<'_>) -> u32 {
+        (2 << known.last_lane) - 1
+    }
+
+    #[inline(always)]
+    fn triangle(known: Known<'_>, lane: usize) -> (TriangleId, Triangle) {
+        let id = known.ids[lane % LANES];
+        (TriangleId(id), known.triangle(id))
+    }
+
+    #[inline(always)]
+    fn prefetch_triangles<L: Unpack>(known: Known<'_>) {
         for &id in known.ids.iter().take(known.last_lane + 1) {
-            query.decide(TriangleId(id), &known.triangle(id))?;
-        }
-        ControlFlow::Continue(())
-    }
-
-    #[inline(always)]
-    fn test<L: Unpack, Q: Query>(
-        tree: Packed<'_, Self>,
-        link: u32,
-        ray: &LaneRay,
-        last: f32,
-        query: &mut Q,
-    ) -> ControlFlow<()> {
-        let Some(known) = known_at(tree, link) else {
-            return ControlFlow::Continue(());
-        };
-        let count = known.last_lane + 1;
-        query.count_tests(count as u32);
-        let candidates = L::meet_known::<Q>(&known, ray, last);
-        // The triangle is read once more, because few are candidates, and rows kept for them would cost more.
-        let triangle = |lane: usize| {
-            let id = known.ids[lane % LANES];
-            (TriangleId(id), known.triangle(id))
-        };
-        decide_each::<L, Q>(candidates.of((1 << count) - 1, query)?, ray, query, triangle)
-    }
-
-    #[inline(always)]
-    fn prefetch_named<L: Unpack>(tree: Packed<'_, Self>, link: u32) {
-        let Some((ids, last_lane)) = ids_at(tree.words, link) else { return };
-        for &id in ids.iter().take(last_lane + 1) {
-            match tree.triangles() {
+            match known.triangles {
                 // A triangle may lie on two lines.
                 Mesh::Triangles(triangles) => L::prefetch(triangles, id as usize, 2),
                 Mesh::Indexed { vertices, corners } => {
@@ -212,20 +187,8 @@ impl Form for Ids {
     }
 
     #[inline(always)]
-    fn filter<L: Unpack, Q: Query>(
-        tree: Packed<'_, Self>,
-        link: u32,
-        ray: &LaneRay,
-        last: f32,
-    ) -> Candidates {
-        let Some(known) = known_at(tree, link) else { return Candidates::NONE };
-        L::meet_known::<Q>(&known, ray, last).within((2 << known.last_lane) - 1)
-    }
-
-    #[inline(always)]
-    fn triangle(tree: Packed<'_, Self>, link: u32, lane: usize) -> (TriangleId, Triangle) {
-        let id = known_at(tree, link).map_or(0, |known| known.ids[lane % LANES]);
-        (TriangleId(id), tree.triangles().get(id).unwrap_or_default())
+    fn filter<L: Unpack, Q: Query>(known: Known<'_>, ray: &LaneRay, last: f32) -> Candidates {
+        L::meet_known::<Q>(&known, ray, last)
     }
 
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)> {

@@ -31,7 +31,6 @@ mod reader;
 mod views;
 
 use core::marker::PhantomData;
-use core::ops::ControlFlow;
 
 use bytemuck::{Pod, Zeroable};
 use chunks::{CHUNK_HEAD, CHUNK_WORDS, Chunk, Chunks, corner_at, vertex_count};
@@ -107,39 +106,34 @@ trait Form: Copy + 'static {
     /// Appends a leaf, and returns the link to it.
     fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32;
 
-    /// Shows the query all triangles of a leaf, without a filter, and counts them.
-    fn decide<Q: Query>(tree: Packed<'_, Self>, link: u32, query: &mut Q) -> ControlFlow<()>;
+    /// Up to eight triangles of a leaf; see [`Tree::Bundle`](super::tree::Tree::Bundle).
+    type Bundle<'w>: Copy;
 
-    /// Tests the triangles of a leaf: counts all, and lets the query judge those that the ray may hit up to `last`.
-    fn test<L: Unpack, Q: Query>(
-        tree: Packed<'_, Self>,
-        link: u32,
-        ray: &LaneRay,
-        last: f32,
-        query: &mut Q,
-    ) -> ControlFlow<()>;
+    /// Reads the first bundle of a leaf; `None` for a link that leads nowhere.
+    fn first_bundle(tree: Packed<'_, Self>, link: u32) -> Option<Self::Bundle<'_>>;
 
-    /// Prefetches what a leaf names.
+    /// Reads the next bundle of the same leaf.
     #[inline(always)]
-    fn prefetch_named<L: Unpack>(_: Packed<'_, Self>, _: u32) {}
+    fn next_bundle<'w>(_: Packed<'w, Self>, _: Self::Bundle<'w>) -> Option<Self::Bundle<'w>> {
+        None
+    }
 
-    /// Filters the triangles of a leaf, or of its first chunk; see
-    /// [`InLanes::filter_leaf`](crate::indices::wide::tree::InLanes::filter_leaf).
+    /// The lanes of a bundle that hold triangles, one bit each.
+    fn lanes(bundle: Self::Bundle<'_>) -> u32;
+
+    /// Reads the triangle in one lane of a bundle.
+    fn triangle(bundle: Self::Bundle<'_>, lane: usize) -> (TriangleId, Triangle);
+
+    /// Prefetches the triangles that a bundle names, if they lie elsewhere.
+    #[inline(always)]
+    fn prefetch_triangles<L: Unpack>(_: Self::Bundle<'_>) {}
+
+    /// Filters the triangles of a bundle; see [`InLanes::filter`](super::tree::InLanes::filter).
     fn filter<L: Unpack, Q: Query>(
-        tree: Packed<'_, Self>,
-        link: u32,
+        bundle: Self::Bundle<'_>,
         ray: &LaneRay,
         last: f32,
     ) -> Candidates;
-
-    /// The triangle in one lane of a leaf, or of its first chunk.
-    fn triangle(tree: Packed<'_, Self>, link: u32, lane: usize) -> (TriangleId, Triangle);
-
-    /// The link to what is left of a leaf after its first chunk.
-    #[inline(always)]
-    fn rest(_: &[u32], _: u32) -> Option<u32> {
-        None
-    }
 
     /// Checks a leaf, and returns the numbers of its words and triangles. `None` if reading it could do harm.
     fn check(words: &[u32], link: u32, triangle_count: u32) -> Option<(usize, u32)>;

@@ -33,7 +33,9 @@ impl<'a, F> Packed<'a, F> {
     }
 }
 
-impl<F: Form> Tree for Packed<'_, F> {
+impl<'a, F: Form> Tree for Packed<'a, F> {
+    type Bundle = F::Bundle<'a>;
+
     #[inline(always)]
     fn root(self) -> Step {
         Step { link: self.words.first().copied().unwrap_or(EMPTY), edge: 0 }
@@ -58,8 +60,24 @@ impl<F: Form> Tree for Packed<'_, F> {
         ControlFlow::Continue(())
     }
 
-    fn decide_leaf<Q: Query>(self, step: Step, query: &mut Q) -> ControlFlow<()> {
-        F::decide(self, step.link, query)
+    #[inline(always)]
+    fn first_bundle(self, leaf: Step) -> Option<Self::Bundle> {
+        F::first_bundle(self, leaf.link)
+    }
+
+    #[inline(always)]
+    fn next_bundle(self, bundle: Self::Bundle) -> Option<Self::Bundle> {
+        F::next_bundle(self, bundle)
+    }
+
+    #[inline(always)]
+    fn lanes(self, bundle: Self::Bundle) -> u32 {
+        F::lanes(bundle)
+    }
+
+    #[inline(always)]
+    fn triangle(self, bundle: Self::Bundle, lane: usize) -> (TriangleId, Triangle) {
+        F::triangle(bundle, lane)
     }
 }
 
@@ -75,17 +93,6 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
     }
 
     #[inline(always)]
-    fn test_leaf<Q: Query>(
-        self,
-        step: Step,
-        ray: &LaneRay,
-        last: f32,
-        query: &mut Q,
-    ) -> ControlFlow<()> {
-        F::test::<L, Q>(self, step.link, ray, last, query)
-    }
-
-    #[inline(always)]
     fn links(self, link: u32) -> Option<Row> {
         F::links(self.words, link)
     }
@@ -97,22 +104,12 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
     }
 
     #[inline(always)]
-    fn prefetch_named(self, step: Step) {
-        F::prefetch_named::<L>(self, step.link);
+    fn prefetch_triangles(self, bundle: Self::Bundle) {
+        F::prefetch_triangles::<L>(bundle);
     }
 
     #[inline(always)]
-    fn filter_leaf<Q: Query>(self, step: Step, ray: &LaneRay, last: f32) -> Candidates {
-        F::filter::<L, Q>(self, step.link, ray, last)
-    }
-
-    #[inline(always)]
-    fn triangle(self, step: Step, lane: usize) -> (TriangleId, Triangle) {
-        F::triangle(self, step.link, lane)
-    }
-
-    #[inline(always)]
-    fn rest_of_leaf(self, step: Step) -> Option<Step> {
-        Some(Step { link: F::rest(self.words, step.link)?, edge: 0 })
+    fn filter<Q: Query>(self, bundle: Self::Bundle, ray: &LaneRay, last: f32) -> Candidates {
+        F::filter::<L, Q>(bundle, ray, last)
     }
 }

@@ -19,6 +19,7 @@ pub(super) struct FewBoxes<'w> {
 }
 
 /// Leaf of the lean BVH: the ids of its triangles, and the mesh that has them.
+#[derive(Clone, Copy)]
 pub(super) struct Known<'a> {
     pub triangles: &'a Mesh<'a>,
     pub ids: &'a Row,

@@ -18,17 +18,20 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
     let leaves = room.leaves;
     for id in leaves.ids() {
         let Slot { node, lane, .. } = room.slots[id];
-        if let Some(step) = tree.child(node, lane as usize) {
-            tree.prefetch_named(step);
+        if let Some(bundle) =
+            tree.child(node, lane as usize).and_then(|leaf| tree.first_bundle(leaf))
+        {
+            tree.prefetch_triangles(bundle);
         }
     }
     let mut count = 0;
     for id in leaves.ids() {
         let Slot { node, lane, .. } = room.slots[id];
-        let mut next = tree.child(node, lane as usize);
-        while let Some(step) = next {
+        let first = tree.child(node, lane as usize).and_then(|leaf| tree.first_bundle(leaf));
+        let Some(mut bundle) = first else { continue };
+        loop {
             let slot = &mut room.slots[id];
-            let found = tree.filter_leaf::<Q>(step, &slot.ray, slot.last);
+            let found = tree.filter::<Q>(bundle, &slot.ray, slot.last).within(tree.lanes(bundle));
             if Q::ANY && found.sure != 0 {
                 slot.hit = FOUND;
                 slot.clear_stack();
@@ -37,7 +40,7 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
             // The first is always written, and kept if there is one. More are rare.
             let mut left = found.any;
             loop {
-                let triangle = tree.triangle(step, left.trailing_zeros() as usize);
+                let triangle = tree.triangle(bundle, left.trailing_zeros() as usize);
                 room.quads[count / 4 % QUADS].put(count % 4, triangle, id as u32);
                 count += usize::from(left != 0);
                 left &= left.wrapping_sub(1);
@@ -49,7 +52,8 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
                 judge(room, count, batch);
                 count = 0;
             }
-            next = tree.rest_of_leaf(step);
+            let Some(next) = tree.next_bundle(bundle) else { break };
+            bundle = next;
         }
     }
     judge(room, count, batch);
@@ -81,9 +85,7 @@ fn judge<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F>(
                 slot.hit = FOUND;
                 slot.clear_stack();
             } else if t < slot.last || t == slot.last && id < slot.hit.triangle {
-                // Far from 1, the sum needs no exact arithmetic to be at most 1.
-                let v = if u + v < 0.999 { v } else { clamped(u, v) };
-                slot.hit = Hit { triangle: id, t, u, v };
+                slot.hit = Hit { triangle: id, t, u, v: clamped(u, v) };
                 slot.last = t;
             }
         }
