@@ -114,8 +114,8 @@ pub trait Structure: Described {
     /// Shows `query` the triangles near its ray, until the query knows the answer.
     fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q);
 
-    /// Answers `count` queries, in any order. `start` makes the query of an index, and `finish` receives it when it is
-    /// answered. `scratch` may have any length and alignment, and its contents do not matter.
+    /// Answers `count` queries, in any order. `start` makes the query of an index, and `finish` receives its answer.
+    /// `scratch` may have any length and alignment, and its contents do not matter.
     #[inline]
     fn traverse_each<Q: BatchQuery>(
         sections: &Sections<'_>,

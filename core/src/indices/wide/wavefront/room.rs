@@ -36,7 +36,7 @@ pub(crate) const MOST: usize = GAVE_UP as usize - 1;
 #[repr(C, align(64))]
 pub(super) struct Slot {
     pub ray: LaneRay,
-    /// What the ray enters next: a node, a leaf, [`DONE`] or [`STALE`].
+    /// Link that the ray follows next: to a node, to a leaf, [`DONE`] or [`STALE`].
     pub link: u32,
     /// The node of which that is a child.
     pub node: u32,
