@@ -76,7 +76,8 @@ pub(super) fn connect(
         fill(nodes, sorted, whole, delta).1
     };
     let volume = build(members);
-    let is_by_fragment = build(order) < volume;
+    // Where the fragments are runs of the curve already, both trees are one, and subtrees may be joined in parallel.
+    let is_by_fragment = *order == *members || build(order) < volume;
     if is_by_fragment {
         for (to, from) in members.iter_mut().zip(order.iter()) {
             *to = *from;
