@@ -19,7 +19,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::geometry::{Aabb, Box4};
-use crate::memory::{Arena, SortBuffer, size_of_slice, sort_by_key, sort_by_upper_half};
+use crate::memory::{Arena, SortBuffer, put, size_of_slice, sort_by_key, sort_by_upper_half};
 
 /// Number of boxes in a group. Fewer make more nodes, more make more comparisons.
 ///
@@ -27,16 +27,28 @@ use crate::memory::{Arena, SortBuffer, size_of_slice, sort_by_key, sort_by_upper
 /// - 4 to 8 took the same time.
 const GROUP: usize = 4;
 
+/// Node over some members.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct BoxNode {
+    /// The box around the members below that count.
     pub bounds: Aabb,
-    /// A value that the user of the tree keeps at the node, or [`BoxTree::NO_MARK`].
-    pub mark: u32,
+    /// The lowest member below that counts; `u32::MAX` if there is none.
+    pub lowest: u32,
+}
+
+impl BoxNode {
+    /// A node below which no member counts.
+    const EMPTY: Self = Self { bounds: Aabb::EMPTY, lowest: u32::MAX };
+
+    fn union(self, other: Self) -> Self {
+        let lowest = self.lowest.min(other.lowest);
+        Self { bounds: self.bounds.union(other.bounds), lowest }
+    }
 }
 
 /// Id of a node: its index in the heap.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub(super) struct NodeRef(u32);
 
 impl NodeRef {
@@ -93,9 +105,6 @@ pub(super) struct BoxTree<'t> {
 }
 
 impl<'t> BoxTree<'t> {
-    /// The mark that names no member.
-    pub const NO_MARK: u32 = u32::MAX;
-
     const fn node_count(count: usize) -> usize {
         2 * count.div_ceil(GROUP).next_power_of_two()
     }
@@ -175,8 +184,8 @@ impl<'t> BoxTree<'t> {
         Some(())
     }
 
-    /// Builds a tree over `members` (indices into `boxes`) in their order, best that of [`BoxTree::sort`]. No node has a
-    /// mark. `None` if the scratch is too small.
+    /// Builds a tree over `members` (indices into `boxes`) in their order, that of [`BoxTree::sort`]. All members count.
+    /// `None` if the scratch is too small.
     pub fn build(
         boxes: &'t [Aabb],
         members: &'t [u32],
@@ -184,7 +193,6 @@ impl<'t> BoxTree<'t> {
     ) -> Option<Self> {
         let count = members.len();
         let nodes = scratch.arena()?.take::<BoxNode>(Self::node_count(count))?;
-        nodes.fill(BoxNode { bounds: Aabb::EMPTY, mark: Self::NO_MARK });
         let groups = nodes.len() / 2;
         let mut tree = Self { boxes, nodes, members, groups };
         for at in (1..2 * groups as u32).rev() {
@@ -193,57 +201,31 @@ impl<'t> BoxTree<'t> {
         Some(tree)
     }
 
-    /// Recomputes the box of one node from its children, or, for a group, from those members for which `counts` is
-    /// true.
+    /// Recomputes one node from its children, or, for a group, from those members for which `counts` is true.
     fn refresh(&mut self, node: NodeRef, counts: impl Fn(u32) -> bool) {
-        let bounds = if let Some((left, right)) = self.children(node) {
-            let bounds_of = |child| self.node(child).map_or(Aabb::EMPTY, |n| n.bounds);
-            bounds_of(left).union(bounds_of(right))
+        let all = if let Some((left, right)) = self.children(node) {
+            let below = |child| self.node(child).copied().unwrap_or(BoxNode::EMPTY);
+            below(left).union(below(right))
         } else {
-            self.group(node)
-                .iter()
-                .filter(|&&member| counts(member))
-                .filter_map(|&member| self.boxes.get(member as usize))
-                .fold(Aabb::EMPTY, |all, bounds| all.union(*bounds))
+            let members = self.group(node).iter().copied().filter(|&member| counts(member));
+            let nodes = members.map(|lowest| BoxNode { bounds: *self.box_of(lowest), lowest });
+            nodes.fold(BoxNode::EMPTY, BoxNode::union)
         };
-        if let Some(node) = self.nodes.get_mut(node.0 as usize) {
-            node.bounds = bounds;
-        }
+        put(self.nodes, node.0 as usize, all);
     }
 
-    /// Recomputes boxes and marks from the group of the member at `position` on the curve up to the root. Only members
-    /// for which `counts` is true contribute to boxes; `mark` computes the mark of a node.
-    pub fn refresh_above(
-        &mut self,
-        position: usize,
-        counts: impl Fn(u32) -> bool,
-        mark: impl Fn(&Self, NodeRef) -> u32,
-    ) {
+    /// Recomputes the nodes from the group of the member at `position` on the curve up to the root. Only members for which
+    /// `counts` is true count.
+    pub fn refresh_above(&mut self, position: usize, counts: impl Fn(u32) -> bool) {
         let mut next = Some(NodeRef((self.groups + position / GROUP) as u32));
         while let Some(node) = next {
             self.refresh(node, &counts);
-            let mark = mark(self, node);
-            self.set_mark(node, mark);
             next = node.parent();
-        }
-    }
-
-    /// Recomputes all marks, children before parents.
-    pub fn mark_all(&mut self, mark: impl Fn(&Self, NodeRef) -> u32) {
-        for at in (1..2 * self.groups as u32).rev() {
-            let mark = mark(self, NodeRef(at));
-            self.set_mark(NodeRef(at), mark);
         }
     }
 
     pub fn node(&self, node: NodeRef) -> Option<&BoxNode> {
         self.nodes.get(node.0 as usize)
-    }
-
-    pub fn set_mark(&mut self, node: NodeRef, mark: u32) {
-        if let Some(node) = self.nodes.get_mut(node.0 as usize) {
-            node.mark = mark;
-        }
     }
 
     /// The two children; `None` for a group.

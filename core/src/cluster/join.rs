@@ -129,8 +129,6 @@ fn pair_up(
     for (position, &member) in (0..).zip(tree.members()) {
         *position_of.get_mut(member as usize)? = position;
     }
-    tree.mark_all(|tree, node| lowest_single(tree, node, partner));
-
     for start in 0..boxes.len() as u32 {
         if *partner.get(start as usize)? != NONE {
             continue;
@@ -153,24 +151,11 @@ fn pair_up(
             for taken in [top, choice] {
                 let single = |member: u32| partner.get(member as usize) == Some(&NONE);
                 let position = *position_of.get(taken as usize)? as usize;
-                tree.refresh_above(position, single, |tree, node| {
-                    lowest_single(tree, node, partner)
-                });
+                tree.refresh_above(position, single);
             }
         }
     }
     Some(())
-}
-
-/// The lowest member below a node that has no partner; `NONE` if there is none.
-fn lowest_single(tree: &BoxTree<'_>, node: NodeRef, partner: &[u32]) -> u32 {
-    if let Some((left, right)) = tree.children(node) {
-        let mark = |child| tree.node(child).map_or(NONE, |n| n.mark);
-        mark(left).min(mark(right))
-    } else {
-        let single = |member: &&u32| partner.get(**member as usize) == Some(&NONE);
-        tree.group(node).iter().filter(single).copied().min().unwrap_or(NONE)
-    }
 }
 
 /// The first choice of `asker`: the nearest other box without a partner; of several, the lowest.
@@ -207,10 +192,10 @@ impl NearestSearch<'_> {
             }
             return;
         };
-        // A bound for all boxes below a child: none is nearer than the child's box, none has a lower id than its mark.
+        // A bound for all boxes below a child: none is nearer than the child's box, none has a lower id than its lowest.
         let bound = |child| {
             let found = self.tree.node(child)?;
-            Some(((found.bounds.gap_squared(self.bounds), found.mark), child))
+            Some(((found.bounds.gap_squared(self.bounds), found.lowest), child))
         };
         let (Some(left), Some(right)) = (bound(left), bound(right)) else {
             return;
