@@ -18,18 +18,17 @@ use crate::geometry::{Aabb, Box4};
 use crate::input::Executor;
 use crate::memory::size_of_slice;
 
-/// An id of no box.
+/// Index that stands for "no box yet".
 const NONE: u32 = u32::MAX;
 
 /// The scratch bytes that [`connect`] needs for `count` boxes in all.
 pub(super) const fn scratch_bytes(count: usize) -> usize {
+    // The tree takes more than the sorts.
     let nodes = node_count(count);
-    let tree = size_of_slice::<Box4>(count)
+    size_of_slice::<Box4>(count)
         .saturating_add(size_of_slice::<Box4>(nodes))
         .saturating_add(size_of_slice::<u32>(count).saturating_mul(2))
-        .saturating_add(size_of_slice::<u32>(nodes));
-    let sort = Scratch::bytes(count);
-    if tree > sort { tree } else { sort }
+        .saturating_add(size_of_slice::<u32>(nodes))
 }
 
 /// Unites, in the union-find `component`, all members whose boxes are at most the root of `delta_squared` apart. Reorders
@@ -146,3 +145,17 @@ fn gather_fragments(
 
 /// Bit of a start that replaces a count. There are at most 2^30 members.
 const STARTED: u32 = 1 << 31;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tree_takes_more_than_the_sorts() {
+        let powers = (0..usize::BITS).map(|bit| 1 << bit);
+        let around_powers = powers.flat_map(|power: usize| power - 1..=power.saturating_add(1));
+        for count in (0..10_000).chain(around_powers) {
+            assert!(scratch_bytes(count) >= Scratch::bytes(count), "{count}");
+        }
+    }
+}
