@@ -1,8 +1,10 @@
 //! Clustering: from triangles to clusters, and from clusters to one binary tree.
 //!
 //! ```text
-//! primitives --size_class--> at most 4 classes --proximity--> connected components = clusters
-//! clusters ----join--------> in rounds, the closest two are joined --> one root
+//! primitives --size_class--> at most 4 classes
+//!            --corners-----> fragments: those of a class that share corners
+//!            --proximity---> connected components = clusters
+//! clusters   --join--------> in rounds, the closest two are joined --> one root
 //! ```
 //! A primitive is a triangle, or a whole object where the scene names objects. One cluster, one cluster for each
 //! triangle and no cluster at all are valid results, not errors.
@@ -226,23 +228,18 @@ fn divide(
     let mut scratch = box_tree::Scratch::take(&mut arena, proximity::scratch_bytes(count))?;
     let (keys, mut buffer) = scratch.sorting(count)?;
     let size_classes = size_class::divide(boxes, options, keys, sorted, &mut buffer);
-    let mut first = 0;
     let class_count = size_classes.len() as u32;
     for (number, class) in (0..).zip(&size_classes) {
-        let members = sorted.get(first..class.end)?;
-        first = class.end;
-        for &member in members {
+        for &member in sorted.get(class.run.clone())? {
             *class_of.get_mut(member as usize)? = number;
         }
     }
 
     // 3. Find the connected components of each class.
-    let table = bytemuck::must_cast_slice_mut(scratch.sorting(count)?.0);
+    let table = scratch.arena()?.take::<u32>(2 * count)?;
     corners::join_at_corners(triangles, primitive_of, class_of, component, table);
-    let mut first = 0;
     for class in size_classes {
-        let members = sorted.get_mut(first..class.end)?;
-        first = class.end;
+        let members = sorted.get_mut(class.run)?;
         let proximity = f64::from(options.proximity);
         let delta_squared = proximity * proximity * class.typical_size_squared;
         proximity::connect(boxes, members, delta_squared, component, &mut scratch, executor)?;

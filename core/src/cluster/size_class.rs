@@ -7,6 +7,8 @@
 //! Cazals, Drettakis and Puech 1995, section 3: their filter divides a histogram of sizes on a log
 //! scale where it is empty; gaps of the sorted sizes are the same without a bin width.
 
+use core::ops::Range;
+
 use arrayvec::ArrayVec;
 
 use crate::geometry::Aabb;
@@ -23,10 +25,9 @@ const LEAST_RATIO: f64 = 2.0;
 const LEAST_PART_BELOW: usize = 100;
 
 /// Size class: a run of the sorted primitives.
-#[derive(Clone, Copy)]
 pub(super) struct SizeClass {
-    /// The end of the run in the sorted order.
-    pub end: usize,
+    /// The run in the sorted order.
+    pub run: Range<usize>,
     /// The square of the median box diagonal.
     pub typical_size_squared: f64,
 }
@@ -85,7 +86,7 @@ pub(super) fn divide(
         let end = gaps.iter().map(|gap| gap.1).filter(|&position| position > start).min();
         let end = end.unwrap_or(count);
         let median = keys.get(usize::midpoint(start, end)).copied().unwrap_or(0);
-        let class = SizeClass { end, typical_size_squared: f64::from_bits(median) };
+        let class = SizeClass { run: start..end, typical_size_squared: f64::from_bits(median) };
         let pushed = classes.try_push(class).is_ok();
         debug_assert!(pushed, "three gaps make four classes");
         start = end;
