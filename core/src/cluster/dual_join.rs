@@ -192,10 +192,8 @@ impl Join<'_> {
             self.continue_fragment(part, right.first);
             self.between(part, left, right);
         } else {
-            for one in range.clone() {
-                if one > range.start {
-                    self.continue_fragment(part, one);
-                }
+            for one in range.clone().skip(1) {
+                self.continue_fragment(part, one);
             }
             for one in range.clone() {
                 for other in one + 1..range.end {

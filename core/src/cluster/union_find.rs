@@ -32,7 +32,7 @@ pub(super) fn unite_from(parents: &mut [u32], first: usize, a: u32, b: u32) -> b
     a != b
 }
 
-/// Joins the components of `a` and `b`, and tells whether they were different.
-pub(super) fn unite(component: &mut [u32], a: u32, b: u32) -> bool {
-    unite_from(component, 0, a, b)
+/// Joins the components of `a` and `b`.
+pub(super) fn unite(component: &mut [u32], a: u32, b: u32) {
+    unite_from(component, 0, a, b);
 }
