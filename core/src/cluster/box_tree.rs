@@ -5,13 +5,14 @@
 //!        2       3
 //!      4   5   6   7         groups of up to four boxes, in the order of the Morton curve
 //! ```
-//! 1. The boxes are sorted along a Morton curve through their centroids; a user may rearrange them.
+//! 1. The boxes are sorted along a Morton curve through their centroids.
 //! 2. They are grouped by four.
 //! 3. A complete binary tree stands on the groups. It is laid out like a heap: node `i` has the children `2 i` and
 //!    `2 i + 1`, the root is 1, the groups are the last level. A node without boxes has an empty box.
 //!
-//! The curve takes the cell of a centroid in a grid. If a cell holds many centroids, it takes the ranks of the centroids
-//! on each axis instead. So one box far away, or gaps of very different widths, do not put all other boxes into one cell.
+//! The curve takes the cell of a centroid in a grid. If a cell holds many centroids, it takes the ranks of the
+//! centroids on each axis instead. So one box far away, or gaps of very different widths, do not put all other boxes
+//! into one cell.
 //!
 //! # Source
 //! Morton order: G. M. Morton 1966; C. Lauterbach et al., *Fast BVH Construction on GPUs*, 2009.
@@ -63,10 +64,13 @@ impl NodeRef {
 /// Memory of a tree and of its build, divided anew for each phase:
 ///
 /// ```text
+/// cells:  keys u64 | buffer u64 and u32
 /// ranks:  codes u64 | keys u64 | buffer u64
 /// curve:  codes u64 | buffer u64 and u32
 /// tree:   nodes
 /// ```
+/// The callers divide it for phases of their own: sorts, which are laid out like `cells`, the table of `corners`, and
+/// the tree of `proximity`.
 pub(super) struct Scratch<'a> {
     bytes: &'a mut [u8],
 }
@@ -184,7 +188,7 @@ impl<'t> BoxTree<'t> {
         Some(())
     }
 
-    /// Builds a tree over `members` (indices into `boxes`) in their order, that of [`BoxTree::sort`]. All members count.
+    /// Builds a tree over `members` (indices into `boxes`) in their order, that of [`BoxTree::sort`]. All of them count.
     /// `None` if the scratch is too small.
     pub fn build(
         boxes: &'t [Aabb],
@@ -214,8 +218,8 @@ impl<'t> BoxTree<'t> {
         put(self.nodes, node.0 as usize, all);
     }
 
-    /// Recomputes the nodes from the group of the member at `position` on the curve up to the root. Only members for which
-    /// `counts` is true count.
+    /// Recomputes the nodes from the group of the member at `position` on the curve up to the root. Only members for
+    /// which `counts` is true count.
     pub fn refresh_above(&mut self, position: usize, counts: impl Fn(u32) -> bool) {
         let mut next = Some(NodeRef((self.groups + position / GROUP) as u32));
         while let Some(node) = next {
@@ -255,8 +259,8 @@ impl<'t> BoxTree<'t> {
 /// Number of cells of the grid along each axis.
 const CELLS: u64 = 1 << 16;
 
-/// Most centroids in a cell of the grid. More are ranked along the curve: in a cell they are in no order, so comparing them with each other
-/// takes as many steps for each.
+/// Most centroids in a cell of the grid. If there are more, the curve takes ranks: in a cell they are in no order, so
+/// comparing them with each other takes as many steps for each.
 ///
 /// # Measured
 /// - Ranks take three more sorts: in a district of 65,000 triangles, a quarter of the instructions of finding clusters.

@@ -3,8 +3,8 @@
 //! The boxes of two triangles with a common corner touch, so they are near at any proximity. In a mesh nearly all
 //! neighbours share corners, so what is left to compare are a few hundred fragments instead of all triangles.
 //!
-//! Corners are looked up in a table without chains: each slot holds the last corner with its hash. A corner that another
-//! one displaced is missed, which only leaves more fragments to compare. So the work is the same for any scene.
+//! Corners are looked up in a table without chains: each slot holds the last corner with its hash. A corner that
+//! another one displaced is missed, which only leaves more fragments to compare. So the work is the same for any scene.
 //!
 //! # Measured
 //! - Fragments after a table of one to two slots a triangle: one in the mesh, 3 in figure 4(b), a few hundred in a city

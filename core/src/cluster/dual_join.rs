@@ -2,20 +2,21 @@
 //!
 //! ```text
 //! boxes:  a a a a b b b c c d d d d d ...     the caller's order; fragments, which are one component already, are runs
+//!                                             if `is_by_fragment`
 //! nodes:  complete binary tree over groups of eight, each node in front of its two subtrees
 //! ```
 //! 1. [`within`](Join::within) a node: join the boxes of each child, then those of one child with those of the other.
-//! 2. [`between`](Join::between) two nodes that are at most delta apart: descend into all four pairs of children, down to
-//!    pairs of groups, which are compared box by box.
+//! 2. [`between`](Join::between) two nodes that are at most delta apart: descend into all four pairs of children, down
+//!    to pairs of groups, which are compared box by box.
 //! 3. A node is marked once all boxes below it are known to be in one component. Two marked nodes of one component need
 //!    no descent.
 //!
 //! Because of step 3, boxes in one place take few pairs of nodes, not all. The answer is that of comparing all pairs of
 //! boxes.
 //!
-//! A subtree's nodes are a run, and so are its boxes. If fragments are runs too, each child needs only its own slices
-//! of marks and components, so an executor may run both children of a node in parallel. Components are sets, whatever the order in which they grow, so the answer
-//! is the same.
+//! A subtree's nodes are a run, and so are its boxes. If fragments are runs too (`is_by_fragment`), each child needs
+//! only its own slices of marks and components, so an executor may run both children of a node in parallel. Components
+//! are sets, whatever the order in which they grow, so the answer is the same.
 //!
 //! # What lost
 //! - Groups of four: twice as many pairs of nodes, half as many pairs of boxes, which cost less.
@@ -49,9 +50,9 @@ pub(super) const fn node_count(count: usize) -> usize {
     (2 << height_of(count)) - 1
 }
 
-/// Node of the tree.
+/// Node of the tree over the boxes.
 #[derive(Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct JoinNode {
     /// The index of the node. Its left subtree follows, then its right one.
     at: usize,
     /// The number of levels below; 0 for a group.
@@ -60,7 +61,7 @@ pub(super) struct Node {
     first: usize,
 }
 
-impl Node {
+impl JoinNode {
     /// The root over `count` boxes.
     pub const fn root(count: usize) -> Self {
         Self { at: 0, height: height_of(count), first: 0 }
@@ -83,9 +84,9 @@ impl Node {
     }
 }
 
-/// Computes the boxes of all nodes below a node, and the sum of their volumes, each side longer by `delta`: roughly, how
-/// often nodes are near to others. The recursion is as deep as the tree, at most 27 levels.
-pub(super) fn fill(nodes: &mut [Box4], boxes: &[Box4], node: Node, delta: f64) -> (Box4, f64) {
+/// Computes the boxes of all nodes below a node, and the sum of their volumes, each side longer by `delta`: roughly,
+/// how often nodes are near to others. The recursion is as deep as the tree, at most 27 levels.
+pub(super) fn fill(nodes: &mut [Box4], boxes: &[Box4], node: JoinNode, delta: f64) -> (Box4, f64) {
     let (bounds, below) = if let Some(children) = node.children() {
         let [left, right] = children.map(|child| fill(nodes, boxes, child, delta));
         (left.0.union(right.0), left.1 + right.1)
@@ -107,15 +108,15 @@ pub(super) struct Join<'j> {
     pub is_by_fragment: bool,
 }
 
-/// What the join of a subtree changes.
+/// Marks and components of a subtree: all that its join changes.
 pub(super) struct Part<'p> {
     /// For each node a box in the component that all boxes below it belong to, once that is known.
     marks: &'p mut [u32],
     /// Union-find over the boxes.
     parents: &'p mut [u32],
-    /// The node of the first mark.
+    /// Index of the node that `marks` begins with.
     at: usize,
-    /// The box of the first parent.
+    /// Index of the box that `parents` begins with.
     first: usize,
 }
 
@@ -139,11 +140,11 @@ impl<'p> Part<'p> {
         self.parents.get(element.wrapping_sub(self.first))
     }
 
-    fn mark(&self, node: Node) -> u32 {
+    fn mark(&self, node: JoinNode) -> u32 {
         self.marks.get(node.at.wrapping_sub(self.at)).copied().unwrap_or(NO_MARK)
     }
 
-    fn set_mark(&mut self, node: Node, mark: u32) {
+    fn set_mark(&mut self, node: JoinNode, mark: u32) {
         put(self.marks, node.at.wrapping_sub(self.at), mark);
     }
 
@@ -154,7 +155,7 @@ impl<'p> Part<'p> {
     }
 
     /// Divides the part of a node into those of its children.
-    fn split(&mut self, node: Node, [left, right]: [Node; 2]) -> Option<[Part<'_>; 2]> {
+    fn split(&mut self, node: JoinNode, [left, right]: [JoinNode; 2]) -> Option<[Part<'_>; 2]> {
         let marks = self.marks.get_mut(node.at.wrapping_sub(self.at)..)?;
         let (_, marks) = marks.split_at_mut_checked(left.at - node.at)?;
         let (of_left, of_right) = marks.split_at_mut_checked(right.at - left.at)?;
@@ -169,7 +170,7 @@ impl<'p> Part<'p> {
 
 impl Join<'_> {
     /// Joins the near boxes below a node. The recursion is as deep as the tree.
-    pub fn within(&self, part: &mut Part<'_>, node: Node, executor: &impl Executor) {
+    pub fn within(&self, part: &mut Part<'_>, node: JoinNode, executor: &impl Executor) {
         let range = node.range(self.boxes.len());
         if range.is_empty() {
             return;
@@ -213,7 +214,7 @@ impl Join<'_> {
 
     /// Joins the boxes below `a` with the near boxes below `b`, a node of the same level. Tells whether any of them had
     /// been in different components. The recursion is as deep as the tree.
-    fn between(&self, part: &mut Part<'_>, a: Node, b: Node) -> bool {
+    fn between(&self, part: &mut Part<'_>, a: JoinNode, b: JoinNode) -> bool {
         // 1. Prune: the nodes are too far apart. The box of a node without boxes is far from all.
         let (Some(box_a), Some(box_b)) = (self.nodes.get(a.at), self.nodes.get(b.at)) else {
             return false;
@@ -247,8 +248,8 @@ impl Join<'_> {
     }
 
     /// Joins the near boxes of two groups, and tells whether any had been in different components.
-    fn members_between(&self, part: &mut Part<'_>, a: Node, b: Node) -> bool {
-        let box_of = |node: Node| self.nodes.get(node.at).unwrap_or(&Box4::EMPTY);
+    fn members_between(&self, part: &mut Part<'_>, a: JoinNode, b: JoinNode) -> bool {
+        let box_of = |node: JoinNode| self.nodes.get(node.at).unwrap_or(&Box4::EMPTY);
         let (all_of_a, all_of_b) = (box_of(a), box_of(b));
         // Only boxes that are near to the whole other group are compared one by one.
         let is_near = |member: usize, all: &Box4| {
@@ -284,7 +285,7 @@ impl Join<'_> {
     }
 
     /// Tells whether all boxes below both nodes are known to be in one component.
-    fn are_one(&self, part: &mut Part<'_>, a: Node, b: Node) -> bool {
+    fn are_one(&self, part: &mut Part<'_>, a: JoinNode, b: JoinNode) -> bool {
         let mark = self.renew_mark(part, a);
         if mark == NO_MARK {
             return false;
@@ -294,7 +295,7 @@ impl Join<'_> {
     }
 
     /// Marks a node if its boxes are known to be in one component, and returns its mark.
-    fn renew_mark(&self, part: &mut Part<'_>, node: Node) -> u32 {
+    fn renew_mark(&self, part: &mut Part<'_>, node: JoinNode) -> u32 {
         // 1. A mark stays: components only grow.
         let known = part.mark(node);
         if known != NO_MARK {

@@ -192,7 +192,8 @@ impl NearestSearch<'_> {
             }
             return;
         };
-        // A bound for all boxes below a child: none is nearer than the child's box, none has a lower id than its lowest.
+        // A bound for all boxes below a child that have no partner: none is nearer than the child's box, none has a
+        // lower id than the child's lowest.
         let bound = |child| {
             let found = self.tree.node(child)?;
             Some(((found.bounds.gap_squared(self.bounds), found.lowest), child))

@@ -11,7 +11,7 @@
 //! - Boxes by fragment alone: twice as many pairs of nodes in a city; all pairs where boxes lie inside each other.
 
 use super::box_tree::{BoxTree, Scratch};
-use super::dual_join::{CONTINUES, Join, Node, Part, fill, node_count};
+use super::dual_join::{CONTINUES, Join, JoinNode, Part, fill, node_count};
 use super::near::Nearness;
 use super::union_find::{root, unite};
 use crate::geometry::{Aabb, Box4};
@@ -31,10 +31,9 @@ pub(super) const fn scratch_bytes(count: usize) -> usize {
         .saturating_add(size_of_slice::<u32>(nodes))
 }
 
-/// Unites, in the union-find `component`, all members whose boxes are at most the root of `delta_squared` apart. Reorders
-/// `members`.
+/// Unites, in the union-find `component`, all members whose boxes are at most the root of `delta_squared` apart.
 ///
-/// `None` if the scratch is too small.
+/// Reorders `members`. `None` if the scratch is too small.
 pub(super) fn connect(
     boxes: &[Aabb],
     members: &mut [u32],
@@ -67,7 +66,7 @@ pub(super) fn connect(
     let starts = arena.take::<u32>(component.len())?;
     gather_fragments(component, members, order, starts)?;
     let delta = libm::sqrt(delta_squared);
-    let whole = Node::root(members.len());
+    let whole = JoinNode::root(members.len());
     let mut build = |members: &[u32]| {
         for (slot, &member) in sorted.iter_mut().zip(members) {
             *slot = box_of(member);
