@@ -188,8 +188,8 @@ impl<'t> BoxTree<'t> {
         Some(())
     }
 
-    /// Builds a tree over `members` (indices into `boxes`) in their order, that of [`BoxTree::sort`]. All of them count.
-    /// `None` if the scratch is too small.
+    /// Builds a tree over `members` (indices into `boxes`) in their order, that of [`BoxTree::sort`]. All count. `None`
+    /// if the scratch is too small.
     pub fn build(
         boxes: &'t [Aabb],
         members: &'t [u32],
