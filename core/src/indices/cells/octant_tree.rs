@@ -332,7 +332,7 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
         most_references: u64,
     ) -> Result<u32, BuildError> {
         // 1. Choose planes, unless a leaf is small enough or no level is left.
-        let node = self.filing.begin(list)?;
+        let offset = self.filing.begin(list)?;
         let few = list.len() <= self.options.leaf_capacity as usize;
         let planes = if few || level >= self.most_level {
             [None; 3]
@@ -342,12 +342,12 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
             P::choose(self.filing.group, ids, &cell, self.options)
         };
         if planes == [None; 3] {
-            return Ok(self.filing.leaf(node));
+            return Ok(self.filing.leaf(list, offset));
         }
         // 2. Find the octants of each triangle, unless there would be too many references.
         let division = Division::new(&cell, &planes);
         let Some(parts) = self.filing.mark(list, most_references, &division)? else {
-            return Ok(self.filing.leaf(node));
+            return Ok(self.filing.leaf(list, offset));
         };
         let mask = parts.mask;
 
@@ -362,10 +362,7 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
                 self.filing.words.push((*plane as f32).to_bits());
             }
         }
-        let links = self.filing.words.len();
-        for _ in 0..mask.count_ones() {
-            self.filing.words.push(0);
-        }
+        let links = self.filing.words.reserve(mask.count_ones() as usize);
         let present = (0..8).filter(|octant| mask >> octant & 1 == 1);
         for (link_offset, octant) in (links..).zip(present) {
             let part = self.filing.gather(list, octant);
@@ -373,6 +370,6 @@ impl<P: OctantPolicy> OctantBuilder<'_, '_, '_, '_, '_, P> {
             let link = self.node(part, child, level + 1, parts.share(part.len()))?;
             self.filing.words.set(link_offset, link);
         }
-        Ok(node.offset)
+        Ok(offset)
     }
 }

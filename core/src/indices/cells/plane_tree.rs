@@ -233,7 +233,7 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
             return Ok(EMPTY);
         }
         // 1. Choose a plane, unless a leaf is small enough or no level is left.
-        let node = self.filing.begin(list)?;
+        let offset = self.filing.begin(list)?;
         let few = list.len() <= self.leaf_capacity as usize;
         let plane = if few || depth >= self.most_depth {
             None
@@ -243,28 +243,25 @@ impl<P: PlanePolicy> PlaneBuilder<'_, '_, '_, '_, '_, P> {
             P::choose(self.filing.group, ids, &cell, depth, self.model)
         };
         let Some(plane) = plane else {
-            return Ok(self.filing.leaf(node));
+            return Ok(self.filing.leaf(list, offset));
         };
 
         // 2. Find the sides of each triangle, unless there would be too many references.
-        let halves = cell.halves(plane.axis, f64::from(plane.at));
         let planes = Plane::planes(Some(plane));
         let division = Division::new(&cell, &planes);
         let Some(parts) = self.filing.mark(list, most_references, &division)? else {
-            return Ok(self.filing.leaf(node));
+            return Ok(self.filing.leaf(list, offset));
         };
         // 3. Append the node, with links to be set later; then each half.
         self.filing.words.push(plane.axis as u32);
         self.filing.words.push(plane.at.to_bits());
-        let links = self.filing.words.push(EMPTY);
-        self.filing.words.push(EMPTY);
-        for (side, half, link_offset) in
-            [(0, halves[0], links), (plane.upper_half(), halves[1], links + 1)]
-        {
+        let links = self.filing.words.reserve(2);
+        for (link_offset, side) in (links..).zip([0, plane.upper_half()]) {
             let part = self.filing.gather(list, side);
+            let half = cell.child(&planes, side);
             let link = self.node(part, half, depth + 1, parts.share(part.len()))?;
             self.filing.words.set(link_offset, link);
         }
-        Ok(node.offset)
+        Ok(offset)
     }
 }

@@ -128,8 +128,8 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Finds for each triangle of a node the octants it lies in, and the number of steps that takes. `None` if the parts
-    /// would have more references than the node may have, so that the node is not to be divided.
+    /// Finds for each triangle of a node the octants it lies in, and the number of steps that takes. `None` if the
+    /// parts would have more references than the node may have, so that the node is not to be divided.
     pub fn mark(
         group: &Group<'_>,
         ids: &[u32],
@@ -156,8 +156,8 @@ impl Parts {
         ((references <= most_references).then_some(parts), steps)
     }
 
-    /// The number of references that the subtree of a part with `count` triangles may have: in proportion to them. It is
-    /// at least `count`, because the whole has no more references than it may.
+    /// The number of references that the subtree of a part with `count` triangles may have: in proportion to them. It
+    /// is at least `count`, because the whole has no more references than it may.
     pub fn share(&self, count: usize) -> u64 {
         let product = u128::from(self.most_references) * count as u128;
         product.checked_div(u128::from(self.references)).unwrap_or(0) as u64
@@ -173,14 +173,6 @@ pub fn gather(ids: &[u32], masks: &[u8], part: u32, to: &mut [u32]) -> usize {
         count += usize::from(mask >> part & 1);
     }
     count
-}
-
-/// Node that is about to be written.
-#[derive(Clone, Copy)]
-pub struct OpenNode {
-    pub list: List,
-    /// The offset of the node from the group's first word.
-    pub offset: u32,
 }
 
 /// State of a build, or of a dry run.
@@ -213,21 +205,24 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         self.lists.ids.get(list.from..list.to).unwrap_or(&[])
     }
 
-    /// Begins the node of a list.
-    pub fn begin(&mut self, list: List) -> Result<OpenNode, BuildError> {
+    /// Begins the node of a list, and returns its offset from the group's first word.
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`].
+    pub fn begin(&self, list: List) -> Result<u32, BuildError> {
         let offset = self.words.len() - self.start;
         if offset.saturating_add(list.len()) >= MOST_WORDS {
             return Err(BuildError::TooLarge);
         }
-        Ok(OpenNode { list, offset: offset as u32 })
+        Ok(offset as u32)
     }
 
-    /// Makes the node a leaf, and returns the link to it.
-    pub fn leaf(&mut self, node: OpenNode) -> u32 {
-        let ids = self.lists.ids.get(node.list.from..node.list.to).unwrap_or(&[]);
+    /// Makes the node of a list, which begins at `offset`, a leaf, and returns the link to it.
+    pub fn leaf(&mut self, list: List, offset: u32) -> u32 {
+        let ids = self.lists.ids.get(list.from..list.to).unwrap_or(&[]);
         self.words.push(ids.len() as u32);
         self.words.extend(ids);
-        node.offset | LEAF
+        offset | LEAF
     }
 
     /// Marks for each triangle of a list which octants it lies in; see [`Parts::mark`].
