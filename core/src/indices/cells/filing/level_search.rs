@@ -92,7 +92,8 @@ impl LevelSearch<'_> {
         let mut budget = level_search_steps(self.group.ids.len(), self.looks);
         let mut nodes = Nodes::of_root(memory, self.group.ids, root, self.most_references);
         let mut costs = DepthCosts::default();
-        let mut is_divided = self.add(&mut costs, root, root, self.group.ids.len());
+        let whole = root.half_area_within(&self.group.bounds);
+        let mut is_divided = self.add(&mut costs, whole, root, self.group.ids.len());
         let mut above = 0.0;
         for depth in 0..=self.most_depth {
             // 1. All nodes of the depth are known. If the depth begins a level, so is the level's cost.
@@ -125,7 +126,7 @@ impl LevelSearch<'_> {
                 let Some(left) = budget.checked_sub(steps) else { return Ok(best.level()) };
                 budget = left;
                 let Some(parts) = parts else {
-                    let probability = self.probability(root, &node.cell);
+                    let probability = self.probability(whole, &node.cell);
                     costs.leaf_tests += self.model.intersection * probability * ids.len() as f64;
                     nodes.leave(&node);
                     continue;
@@ -134,7 +135,7 @@ impl LevelSearch<'_> {
                 for octant in (0..8).filter(|octant| parts.mask >> octant & 1 == 1) {
                     let child = node.cell.child(&planes, octant);
                     let count = masks.iter().filter(|&mask| mask >> octant & 1 == 1).count();
-                    if self.add(&mut below, root, &child, count) {
+                    if self.add(&mut below, whole, &child, count) {
                         let child =
                             Node { at: 0, count, cell: child, most_references: parts.share(count) };
                         if !nodes.push(&child, &node, masks, octant) {
@@ -153,8 +154,8 @@ impl LevelSearch<'_> {
     }
 
     /// Adds a node with `count` triangles to the costs of its depth. Tells whether it is to be divided.
-    fn add(&self, costs: &mut DepthCosts, root: &Cell, cell: &Cell, count: usize) -> bool {
-        let probability = self.probability(root, cell);
+    fn add(&self, costs: &mut DepthCosts, whole: f64, cell: &Cell, count: usize) -> bool {
+        let probability = self.probability(whole, cell);
         let tests = self.model.intersection * probability * count as f64;
         let is_divided = count > self.leaf_capacity as usize;
         costs.nodes += self.model.traversal * probability;
@@ -163,10 +164,10 @@ impl LevelSearch<'_> {
         is_divided
     }
 
-    /// The probability that a ray through the group enters a cell (surface-area heuristic).
-    fn probability(&self, root: &Cell, cell: &Cell) -> f64 {
-        let bounds = &self.group.bounds;
-        let (part, whole) = (cell.half_area_within(bounds), root.half_area_within(bounds));
+    /// The probability that a ray through the group enters a cell (surface-area heuristic). `whole` is half the root's
+    /// surface area within the group's box.
+    fn probability(&self, whole: f64, cell: &Cell) -> f64 {
+        let part = cell.half_area_within(&self.group.bounds);
         // A group on a line has no surface area; a ray that meets the group meets all of it.
         if whole > 0.0 { part / whole } else { 1.0 }
     }
