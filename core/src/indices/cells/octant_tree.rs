@@ -111,7 +111,7 @@ where
         words: &mut Words<'_>,
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
-        let mut lists = Lists::new(group, levels_at_most(options), scratch)?;
+        let mut lists = Lists::new(group.ids.len(), levels_at_most(options), scratch)?;
         let root = Cell::of(&group.bounds);
         let most_references = most_references(group.ids.len(), options);
         let most_level = match options.level {

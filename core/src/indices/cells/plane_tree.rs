@@ -120,7 +120,7 @@ where
         scratch: &mut [u8],
     ) -> Result<(), BuildError> {
         let most_depth = depth_at_most(group.ids.len(), options);
-        let mut lists = Lists::new(group, most_depth as usize, scratch)?;
+        let mut lists = Lists::new(group.ids.len(), most_depth as usize, scratch)?;
         let (root, model) = (Cell::of(&group.bounds), options.cost_model());
         let automatic = options.level == Level::Automatic;
         let most_references = most_references(group.ids.len(), options);

@@ -68,32 +68,22 @@ impl<'s> Lists<'s> {
         size_of_slice::<u32>(entries).saturating_add(size_of_slice::<u8>(entries))
     }
 
-    /// Takes the lists from the scratch, and fills the root's with the whole group.
+    /// Takes the memory from the scratch.
     pub fn new(
-        group: &Group<'_>,
+        triangle_count: usize,
         levels: usize,
         scratch: &'s mut [u8],
     ) -> Result<Self, BuildError> {
-        let count = group.ids.len();
-        let needed = Self::scratch_bytes(count, levels);
+        let needed = Self::scratch_bytes(triangle_count, levels);
         let full = BuildError::ScratchFull { needed, given: scratch.len() };
-        let entries = count.saturating_mul(levels + 1);
+        let entries = triangle_count.saturating_mul(levels + 1);
         let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
         let ids = arena.take::<u32>(entries).ok_or(full)?;
         let parts = arena.take::<u8>(entries).ok_or(full)?;
-        let mut lists = Self { ids, parts };
-        lists.fill_root(group);
-        Ok(lists)
+        Ok(Self { ids, parts })
     }
 
-    /// Fills the root's list with the whole group.
-    pub fn fill_root(&mut self, group: &Group<'_>) {
-        for (slot, &id) in self.ids.iter_mut().zip(group.ids) {
-            *slot = id;
-        }
-    }
-
-    /// The memory, to be used otherwise until the root's list is filled again: for ids, and for a mask of each.
+    /// The memory for other uses before the tree is written: for ids, and for a mask of each.
     pub fn memory(&mut self) -> (&mut [u32], &mut [u8]) {
         (self.ids, self.parts)
     }
@@ -192,6 +182,9 @@ impl<'b, 'g, 's, 'w> Filing<'b, 'g, 's, 'w> {
         words: &'b mut Words<'w>,
         root: impl FnOnce(&mut Self, List) -> Result<u32, BuildError>,
     ) -> Result<(), BuildError> {
+        for (slot, &id) in lists.ids.iter_mut().zip(group.ids) {
+            *slot = id;
+        }
         let start = words.len();
         let link_offset = words.push(0);
         let mut filing = Self { group, words, lists, start };

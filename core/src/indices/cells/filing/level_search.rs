@@ -23,9 +23,9 @@
 //! # What lost
 //! - The whole tree anew for each level, from level 0 on: three to five times the steps. Its budget of steps ended too
 //!   early in a district, where BSP trees and octrees-R now go deeper.
-//! - One dry run of the deepest tree, which adds up the costs of all levels, with a share of the budget for each: as fast
-//!   where trees end by themselves. But where triangles lie in one place, it divides levels that do not matter, and takes
-//!   up to three times the steps.
+//! - One dry run of the deepest tree, which adds up the costs of all levels, with a share of the budget for each: as
+//!   fast where trees end by themselves. But where triangles lie in one place, it divides levels that do not matter,
+//!   and takes up to three times the steps.
 
 use super::cell_lists::{Lists, Parts, gather};
 use super::octants::{Division, Planes};
@@ -63,7 +63,7 @@ struct DepthCosts {
 
 impl LevelSearch<'_> {
     /// Finds the level. `choose` chooses the planes that divide a cell of some triangles at a depth; all `None` for a
-    /// leaf. The lists hold the root's list, before and after.
+    /// leaf. What the lists hold is overwritten.
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`] if `words` allow fewer steps than the search takes.
@@ -75,19 +75,6 @@ impl LevelSearch<'_> {
         choose: impl Fn(&[u32], &Cell, u32) -> Planes,
     ) -> Result<u32, BuildError> {
         let (memory, masks) = lists.memory();
-        let found = self.search(memory, masks, root, words, choose);
-        lists.fill_root(self.group);
-        found
-    }
-
-    fn search(
-        &self,
-        memory: &mut [u32],
-        masks: &mut [u8],
-        root: &Cell,
-        words: &mut Words<'_>,
-        choose: impl Fn(&[u32], &Cell, u32) -> Planes,
-    ) -> Result<u32, BuildError> {
         let mut best = BestLevel::new();
         let mut budget = level_search_steps(self.group.ids.len(), self.looks);
         let mut nodes = Nodes::of_root(memory, self.group.ids, root, self.most_references);
@@ -112,7 +99,7 @@ impl LevelSearch<'_> {
             let mut below = DepthCosts::default();
             is_divided = false;
             while let Some(node) = nodes.first() {
-                let ids = nodes.ids(&node);
+                let ids = nodes.ids(node.count);
                 let masks = masks.get_mut(..ids.len()).unwrap_or_default();
                 let planes = choose(ids, &node.cell, depth);
                 let (parts, steps) = if planes == [None; 3] {
@@ -128,7 +115,7 @@ impl LevelSearch<'_> {
                 let Some(parts) = parts else {
                     let probability = self.probability(whole, &node.cell);
                     costs.leaf_tests += self.model.intersection * probability * ids.len() as f64;
-                    nodes.leave(&node);
+                    nodes.leave(node.count);
                     continue;
                 };
                 // 3. Add the children, and keep those that are divided in turn.
@@ -136,15 +123,15 @@ impl LevelSearch<'_> {
                     let child = node.cell.child(&planes, octant);
                     let count = masks.iter().filter(|&mask| mask >> octant & 1 == 1).count();
                     if self.add(&mut below, whole, &child, count) {
-                        let child =
-                            Node { at: 0, count, cell: child, most_references: parts.share(count) };
-                        if !nodes.push(&child, &node, masks, octant) {
+                        let most_references = parts.share(count);
+                        let child = OpenNode { count, cell: child, most_references };
+                        if !nodes.push(&child, masks, octant) {
                             return Ok(best.level());
                         }
                         is_divided = true;
                     }
                 }
-                nodes.leave(&node);
+                nodes.leave(node.count);
             }
             nodes.descend();
             above = reached + costs.leaf_tests;
@@ -174,24 +161,22 @@ impl LevelSearch<'_> {
 }
 
 /// Node that is to be divided.
-struct Node {
-    /// Where the node is in the memory.
-    at: usize,
+struct OpenNode {
     count: usize,
     cell: Cell,
     /// The largest number of references in its subtree.
     most_references: u64,
 }
 
-/// Words of a node in front of its ids.
+/// Number of words in front of a node's ids.
 const HEAD: usize = 9;
 
 /// Nodes of one depth that are still to be divided, and those of the next.
 struct Nodes<'l> {
     memory: &'l mut [u32],
-    /// The end of the nodes of the next depth, which begin in front.
+    /// Number of words that the next depth's nodes take, at the front of the memory.
     next: usize,
-    /// The first node of this depth; they end at the end.
+    /// Offset of this depth's first node that is left. These nodes reach to the end of the memory.
     this: usize,
 }
 
@@ -199,7 +184,7 @@ impl<'l> Nodes<'l> {
     /// The root alone; nothing if it does not fit.
     fn of_root(memory: &'l mut [u32], ids: &[u32], cell: &Cell, most_references: u64) -> Self {
         let mut nodes = Self { next: 0, this: memory.len(), memory };
-        let root = Node { at: 0, count: ids.len(), cell: *cell, most_references };
+        let root = OpenNode { count: ids.len(), cell: *cell, most_references };
         let at = nodes.this.saturating_sub(HEAD + ids.len());
         if let Some(room) = nodes.memory.get_mut(at..)
             && let Some(room) = room.get_mut(..HEAD + ids.len())
@@ -214,33 +199,33 @@ impl<'l> Nodes<'l> {
     }
 
     /// The first node of this depth that is left.
-    fn first(&self) -> Option<Node> {
+    fn first(&self) -> Option<OpenNode> {
         let head = self.memory.get(self.this..)?.first_chunk::<HEAD>()?;
         let &[count, x0, y0, z0, x1, y1, z1, low, high] = head;
         let side = |bits: u32| f64::from(f32::from_bits(bits));
-        Some(Node {
-            at: self.this,
+        Some(OpenNode {
             count: count as usize,
             cell: Cell { lo: [x0, y0, z0].map(side), hi: [x1, y1, z1].map(side) },
             most_references: u64::from(high) << 32 | u64::from(low),
         })
     }
 
-    /// The ids of a node of this depth.
-    fn ids(&self, node: &Node) -> &[u32] {
-        let from = node.at + HEAD;
-        self.memory.get(from..from + node.count).unwrap_or(&[])
+    /// The ids of the first node of this depth that is left, which has `count` of them.
+    fn ids(&self, count: usize) -> &[u32] {
+        let from = self.this + HEAD;
+        self.memory.get(from..from + count).unwrap_or(&[])
     }
 
-    /// Leaves the first node of this depth behind; its memory is free.
-    fn leave(&mut self, node: &Node) {
-        self.this = node.at + HEAD + node.count;
+    /// Leaves behind the first node of this depth that is left, with its `count` ids; its memory is free.
+    fn leave(&mut self, count: usize) {
+        self.this += HEAD + count;
     }
 
-    /// Keeps a child of the first node of this depth, with the ids that are in `octant`. Tells whether there is room.
-    fn push(&mut self, child: &Node, parent: &Node, masks: &[u8], octant: u32) -> bool {
-        let Some((free, taken)) = self.memory.split_at_mut_checked(parent.at) else { return false };
-        let ids = taken.get(HEAD..HEAD + parent.count).unwrap_or(&[]);
+    /// Keeps a child of the first node of this depth that is left, with those of its ids that are in `octant`. `masks`
+    /// has one mask for each of them. Tells whether there is room.
+    fn push(&mut self, child: &OpenNode, masks: &[u8], octant: u32) -> bool {
+        let Some((free, taken)) = self.memory.split_at_mut_checked(self.this) else { return false };
+        let ids = taken.get(HEAD..).unwrap_or(&[]);
         let end = self.next + HEAD + child.count;
         let Some(room) = free.get_mut(self.next..end) else { return false };
         self.next = end;
@@ -260,7 +245,7 @@ impl<'l> Nodes<'l> {
     }
 }
 
-impl Node {
+impl OpenNode {
     fn write_head(&self, room: &mut [u32]) {
         let Cell { lo: [x0, y0, z0], hi: [x1, y1, z1] } = self.cell;
         // The sides are numbers that `f32` holds.
