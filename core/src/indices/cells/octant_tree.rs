@@ -34,6 +34,10 @@
 //!    and again.
 //!
 //! Cells are visited in the order of their octants with flipped bits, which is front to back.
+//!
+//! # What lost
+//! - Going on with the first child at once, so that only the others wait in a frame: 1 to 6% slower.
+//! - Testing a leaf where its parent's frame is, so that only inner nodes are entered: up to 3% slower.
 
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
@@ -149,11 +153,13 @@ where
         query: &mut Q,
     ) -> ControlFlow<()> {
         let mut stack = ArrayVec::<Frame, LEVELS>::new();
+        let sign_mask = ray.sign_mask() as u32;
         let root = local.bounds;
         let mut cell = (root.lo.extend(0.0), root.hi.extend(0.0));
         let (mut link, mut span) = (local.word(0), span);
         loop {
-            // 1. Enter a node: test the triangles of a leaf, or push the frame of an inner node.
+            // 1. Enter a node: test the triangles of a leaf, or find the children of an inner node that the ray may
+            // touch.
             query.enter();
             let offset = link & !LEAF;
             let head = local.word(offset);
@@ -163,23 +169,30 @@ where
                 let planes = P::planes(local, offset, head, cell);
                 let octants = Octants::new(ray.crossings(planes), span);
                 let links = offset + 1 + P::stored(head);
-                let pending = octants.met;
-                let frame = Frame { cell, planes, octants, links, mask: head & 0xff, pending };
-                let pushed = stack.try_push(frame).is_ok();
-                debug_assert!(pushed, "validation bounds the depth");
+                let mask = head & 0xff;
+                let pending = octants.met & flipped(mask, sign_mask);
+                if pending != 0 {
+                    let frame = Frame { cell, planes, octants, links, mask, pending };
+                    let pushed = stack.try_push(frame).is_ok();
+                    debug_assert!(pushed, "validation bounds the depth");
+                }
             }
-            // 2. Find the next child that the ray may touch, of the lowest node that has one.
+            // 2. Go on with the next child, of the lowest node that has one.
             (link, cell, span) = loop {
                 let Some(frame) = stack.last_mut() else {
                     return ControlFlow::Continue(());
                 };
-                let Some((octant, span)) = frame.next(ray.sign_mask() as u32) else {
+                let at = frame.pending.trailing_zeros();
+                frame.pending &= frame.pending.wrapping_sub(1);
+                let octant = at ^ sign_mask;
+                let span = frame.octants.span(at);
+                let next = (span.from <= ray.last(query.last_t()))
+                    .then(|| (local.word(frame.link_of(octant)), frame.cell_of(octant), span));
+                if frame.pending == 0 {
                     stack.pop();
-                    continue;
-                };
-                if span.from <= ray.last(query.last_t()) {
-                    let link = local.word(frame.link_of(octant));
-                    break (link, frame.cell_of(octant), span);
+                }
+                if let Some(next) = next {
+                    break next;
                 }
             };
         }
@@ -246,7 +259,7 @@ impl Octants {
     }
 }
 
-/// Inner node on the way down.
+/// Inner node on the way down, with children still to be visited.
 struct Frame {
     /// The lower and the upper corner.
     cell: (Vec4, Vec4),
@@ -256,25 +269,11 @@ struct Frame {
     links: u32,
     /// The children that exist, by octant.
     mask: u32,
-    /// Octants not yet visited, by flipped octant.
+    /// Children that the ray may touch and that were not visited, by flipped octant.
     pending: u32,
 }
 
 impl Frame {
-    /// Finds the next child that the ray may touch, front to back: its octant, and the part of the ray.
-    #[inline]
-    fn next(&mut self, sign_mask: u32) -> Option<(u32, Span)> {
-        while self.pending != 0 {
-            let flipped = self.pending.trailing_zeros();
-            self.pending &= self.pending - 1;
-            let octant = flipped ^ sign_mask;
-            if self.mask >> octant & 1 != 0 {
-                return Some((octant, self.octants.span(flipped)));
-            }
-        }
-        None
-    }
-
     /// The offset of the link to a child.
     #[inline]
     fn link_of(&self, octant: u32) -> u32 {
@@ -290,6 +289,18 @@ impl Frame {
         // An undivided axis has no upper half, and its plane is NaN.
         (Vec4::select(upper, self.planes, lo), Vec4::select(upper, hi, self.planes.smaller(hi)))
     }
+}
+
+/// A mask of octants by flipped octant: bit `octant ^ sign_mask` is bit `octant` of `mask`.
+#[inline]
+fn flipped(mask: u32, sign_mask: u32) -> u32 {
+    // Bit `axis` of the sign mask exchanges neighbouring groups of 2^axis bits.
+    let exchanged = |mask: u32, axis: u32, lower: u32| {
+        let difference =
+            (mask >> (1 << axis) ^ mask) & lower & (sign_mask >> axis & 1).wrapping_neg();
+        mask ^ difference ^ difference << (1 << axis)
+    };
+    exchanged(exchanged(exchanged(mask, 0, 0x55), 1, 0x33), 2, 0x0f)
 }
 
 /// Number of bits of each byte: processors without an instruction for it count as slowly as they read a table fast.
