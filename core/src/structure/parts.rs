@@ -82,7 +82,7 @@ impl<'a> Local<'a> {
         words.copied().unwrap_or([0; N])
     }
 
-    /// Shows `query` the triangles that the `count` words from offset `first` name, up to four at once.
+    /// Shows `query` the triangles that the `count` words from offset `first` name, several at once.
     #[inline]
     pub fn test<Q: Query>(
         &self,
