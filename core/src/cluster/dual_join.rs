@@ -214,14 +214,19 @@ impl Join<'_> {
 
     /// Joins the boxes below `a` with the near boxes below `b`, a node of the same level. Tells whether any of them had
     /// been in different components. The recursion is as deep as the tree.
+    #[inline]
     fn between(&self, part: &mut Part<'_>, a: JoinNode, b: JoinNode) -> bool {
         // 1. Prune: the nodes are too far apart. The box of a node without boxes is far from all.
         let (Some(box_a), Some(box_b)) = (self.nodes.get(a.at), self.nodes.get(b.at)) else {
             return false;
         };
-        if !self.near.holds(box_a, box_b) {
-            return false;
-        }
+        self.near.holds(box_a, box_b) && self.between_near(part, a, b)
+    }
+
+    /// Joins as [`between`](Self::between) does, where the nodes are near.
+    // Apart: most pairs of nodes are too far apart, and need no frame.
+    #[inline(never)]
+    fn between_near(&self, part: &mut Part<'_>, a: JoinNode, b: JoinNode) -> bool {
         // 2. Prune: all boxes below both nodes are in one component. That is looked up if at least one node is marked:
         // the boxes below the other may have been joined by way of other nodes. Where neither is marked, they seldom
         // are.

@@ -215,7 +215,7 @@ fn divide(
     };
     for (at, triangle) in triangles.iter().enumerate() {
         if let Some(bounds) = boxes.get_mut(primitive_of(at)) {
-            *bounds = bounds.union(triangle.bounds());
+            *bounds = Box4::of(bounds).union(Box4::of_triangle(&triangle)).aabb();
         }
     }
 
@@ -249,15 +249,17 @@ fn divide(
     let (order, ends) = (class_of, sorted);
     let number_of: &mut [u32] = bytemuck::must_cast_slice_mut(boxes);
     number_of.fill(u32::MAX);
+    union_find::flatten(component);
+    let root_of =
+        |triangle: usize| component.get(primitive_of(triangle)).map(|&root| root as usize);
     let mut cluster_count = 0;
     ends.fill(0);
     for at in 0..count {
-        let primitive = primitive_of(at) as u32;
-        let root = union_find::root(component, primitive) as usize;
+        let root = root_of(at)?;
         let number = number_of.get_mut(root)?;
         if *number == u32::MAX {
             *number = cluster_count;
-            let class = *order.get(primitive as usize)?;
+            let class = *order.get(primitive_of(at))?;
             put(classes, cluster_count as usize, class);
             cluster_count += 1;
         }
@@ -268,8 +270,7 @@ fn divide(
         sum += core::mem::replace(end, sum);
     }
     for at in 0..count {
-        let root = union_find::root(component, primitive_of(at) as u32) as usize;
-        let offset = ends.get_mut(*number_of.get(root)? as usize)?;
+        let offset = ends.get_mut(*number_of.get(root_of(at)?)? as usize)?;
         *order.get_mut(*offset as usize)? = at as u32;
         *offset += 1;
     }

@@ -10,6 +10,8 @@
 //!   figure 2.
 //! - Boxes by fragment alone: twice as many pairs of nodes in a city; all pairs where boxes lie inside each other.
 
+use core::mem::replace;
+
 use super::box_tree::{BoxTree, Scratch};
 use super::dual_join::{CONTINUES, Join, JoinNode, Part, fill, node_count};
 use super::near::Nearness;
@@ -51,9 +53,14 @@ pub(super) fn connect(
     }
     BoxTree::sort(boxes, members, scratch)?;
     let box_of = |member: u32| boxes.get(member as usize).map_or(Box4::EMPTY, Box4::of);
-    for (&one, &next) in members.iter().zip(members.iter().skip(1)) {
-        if near.holds(&box_of(one), &box_of(next)) {
-            unite(component, one, next);
+    let (mut one, mut bounds) = (lowest, Box4::EMPTY);
+    for &member in members.iter() {
+        let (before, box_before) =
+            (replace(&mut one, member), replace(&mut bounds, box_of(member)));
+        // Most neighbours share corners.
+        let are_one = component.get(before as usize) == component.get(member as usize);
+        if !are_one && near.holds(&box_before, &bounds) {
+            unite(component, before, member);
         }
     }
 

@@ -1,19 +1,23 @@
 //! Size classes: small and large primitives are separated before clustering.
 //!
-//! The box diagonals are sorted. They are divided at the largest ratios between neighbours, where a ratio is at least
+//! The box diagonals are divided at the largest ratios between neighbours in size, where a ratio is at least
 //! [`LEAST_RATIO`]. On a log scale these are the widest gaps.
+//!
+//! The sizes on both sides of a gap differ in their exponents. So the diagonals are sorted by these alone, and only the
+//! median of each class is looked for exactly.
 //!
 //! # Source
 //! Cazals, Drettakis and Puech 1995, section 3: their filter divides a histogram of sizes on a log
 //! scale where it is empty; gaps of the sorted sizes are the same without a bin width.
 
+use core::mem::replace;
 use core::ops::Range;
 
 use arrayvec::ArrayVec;
 
 use crate::geometry::Aabb;
 use crate::input::Options;
-use crate::memory::{SortBuffer, sort_by_key};
+use crate::memory::{SortBuffer, nth_smallest, sort_by_digits};
 
 /// Least ratio of two neighbouring sizes that are divided. Triangles of one tessellated object differ by less from one
 /// to the next.
@@ -23,6 +27,14 @@ const LEAST_RATIO: f64 = 2.0;
 /// primitives below it does not divide. The few smallest triangles of a tessellation (at the pole of a sphere, the lid
 /// of a teapot) are no class. Few *large* primitives are a class: a floor may be two triangles.
 const LEAST_PART_BELOW: usize = 100;
+
+/// The eight-bit digits of an `f64` that hold its exponent, and four bits more.
+const EXPONENT: Range<u32> = 6..8;
+
+/// The digits [`EXPONENT`] of a key.
+fn exponent(key: u64) -> u64 {
+    key >> (8 * EXPONENT.start)
+}
 
 /// Size class: a run of the sorted primitives.
 pub(super) struct SizeClass {
@@ -41,7 +53,7 @@ pub(super) fn divide(
     sorted: &mut [u32],
     buffer: &mut SortBuffer<'_>,
 ) -> ArrayVec<SizeClass, 4> {
-    // 1. Sort by diagonal. The bits of non-negative floats sort like the floats.
+    // 1. Sort the squares of the diagonals by their exponents. The bits of non-negative floats sort like the floats.
     let mut count = 0;
     for (id, bounds) in (0..).zip(boxes) {
         if !bounds.is_empty()
@@ -55,18 +67,26 @@ pub(super) fn divide(
     let (Some(keys), Some(sorted)) = (keys.get_mut(..count), sorted.get_mut(..count)) else {
         return ArrayVec::new();
     };
-    sort_by_key(keys, sorted, buffer);
+    sort_by_digits(EXPONENT, keys, sorted, buffer);
 
     // 2. Find the widest gaps, as (ratio of squares, index of the first primitive above); of equal ones, the lowest.
+    // Gaps lie between runs of equal exponents.
     let mut gaps = ArrayVec::<(f64, usize), 4>::new();
-    let pairs = keys.iter().zip(keys.iter().skip(1)).zip(1..);
-    for ((&below, &above), position) in pairs {
-        let (below, above) = (f64::from_bits(below), f64::from_bits(above));
-        let wide = above >= below * (LEAST_RATIO * LEAST_RATIO) && below > 0.0;
-        if !wide || position < count.div_ceil(LEAST_PART_BELOW) {
+    let (mut rest, mut largest) = (&*keys, 0.0);
+    while let Some(&first) = rest.first() {
+        let position = count - rest.len();
+        let length = rest.iter().take_while(|&&key| exponent(key) == exponent(first)).count();
+        let (run, after) = rest.split_at_checked(length).unwrap_or_default();
+        rest = after;
+        let range =
+            run.iter().fold((u64::MAX, 0), |(least, most), &key| (key.min(least), key.max(most)));
+        let (least, most) = (f64::from_bits(range.0), f64::from_bits(range.1));
+        let below = replace(&mut largest, most);
+        let is_wide = least >= below * (LEAST_RATIO * LEAST_RATIO) && below > 0.0;
+        if !is_wide || position < count.div_ceil(LEAST_PART_BELOW) {
             continue;
         }
-        let ratio = above / below;
+        let ratio = least / below;
         // Insertion sort, wider gaps first. `Vec::insert` could panic.
         let mut carried = (ratio, position);
         let wider = gaps.iter().take_while(|gap| gap.0 >= ratio).count();
@@ -85,11 +105,20 @@ pub(super) fn divide(
     while start < count {
         let end = gaps.iter().map(|gap| gap.1).filter(|&position| position > start).min();
         let end = end.unwrap_or(count);
-        let median = keys.get(usize::midpoint(start, end)).copied().unwrap_or(0);
+        let median = median(keys.get_mut(start..end).unwrap_or_default());
         let class = SizeClass { run: start..end, typical_size_squared: f64::from_bits(median) };
         let pushed = classes.try_push(class).is_ok();
         debug_assert!(pushed, "three gaps make four classes");
         start = end;
     }
     classes
+}
+
+/// The median of keys that are sorted by their exponents; of two, the larger. Keys are moved and overwritten.
+fn median(keys: &mut [u64]) -> u64 {
+    let middle = keys.len() / 2;
+    let of_middle = keys.get(middle).map_or(0, |&key| exponent(key));
+    let first = keys.partition_point(|&key| exponent(key) < of_middle);
+    let end = keys.partition_point(|&key| exponent(key) <= of_middle);
+    nth_smallest(keys.get_mut(first..end).unwrap_or_default(), middle - first)
 }

@@ -36,3 +36,13 @@ pub(super) fn unite_from(parents: &mut [u32], first: usize, a: u32, b: u32) -> b
 pub(super) fn unite(component: &mut [u32], a: u32, b: u32) {
     unite_from(component, 0, a, b);
 }
+
+/// Makes each element's parent its representative, so that [`root`] takes one step until components are joined.
+pub(super) fn flatten(component: &mut [u32]) {
+    for at in 0..component.len() {
+        // No element has a higher parent, so the parent's parent is its representative by now.
+        let parent = component.get(at).copied().unwrap_or(0);
+        let root = component.get(parent as usize).copied().unwrap_or(parent);
+        put(component, at, root);
+    }
+}

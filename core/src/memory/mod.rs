@@ -6,7 +6,7 @@ mod words;
 
 pub use arena::{ALIGNMENT, Aligned, Block};
 pub(crate) use arena::{Arena, padded, size_of_slice};
-pub(crate) use sort::{SortBuffer, sort_by_key, sort_by_upper_half};
+pub(crate) use sort::{SortBuffer, nth_smallest, sort_by_digits, sort_by_key, sort_by_upper_half};
 pub use words::Words;
 
 /// Writes a value, if there is such a slot. Callers know that there is; the check keeps a panic out.

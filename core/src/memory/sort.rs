@@ -24,17 +24,27 @@ impl<'a> SortBuffer<'a> {
 /// Sorts `values` by `keys`, which are as many; equal keys keep their order. The buffer was taken for at least that
 /// number.
 pub(crate) fn sort_by_key(keys: &mut [u64], values: &mut [u32], buffer: &mut SortBuffer<'_>) {
-    sort_by_digits(0..8, keys, values, buffer.keys, buffer.values);
+    sort_by_digits(0..8, keys, values, buffer);
+}
+
+/// Sorts `values` by a range of the eight-bit digits of `keys`, as [`sort_by_key`] does; digit 0 is the lowest.
+pub(crate) fn sort_by_digits(
+    digits: Range<u32>,
+    keys: &mut [u64],
+    values: &mut [u32],
+    buffer: &mut SortBuffer<'_>,
+) {
+    sort_with(digits, keys, values, buffer.keys, buffer.values);
 }
 
 /// Sorts `keys` by their upper half. The lower half is a value that moves with it. Equal upper halves keep their order.
 /// `buffer` is at least as long as `keys`.
 pub(crate) fn sort_by_upper_half(keys: &mut [u64], buffer: &mut [u64]) {
-    sort_by_digits(4..8, keys, &mut [], buffer, &mut []);
+    sort_with(4..8, keys, &mut [], buffer, &mut []);
 }
 
 /// Sorts by a range of the keys' eight-bit digits, the lowest digit first. There are as many `values` as keys, or none.
-fn sort_by_digits(
+fn sort_with(
     digits: Range<u32>,
     keys: &mut [u64],
     values: &mut [u32],
@@ -90,5 +100,62 @@ fn sort_by_digits(
         for (to, from) in other_values.iter_mut().zip(values.iter()) {
             *to = *from;
         }
+    }
+}
+
+/// Finds the key that would be at `index` if the keys were sorted; 0 if there are fewer. Keys are moved and overwritten.
+///
+/// Radix selection: the keys that share the digits found so far are kept, and counted by their next digit.
+pub(crate) fn nth_smallest(keys: &mut [u64], index: usize) -> u64 {
+    let (mut count, mut index) = (keys.len(), index);
+    for digit in (0..8).rev() {
+        let digit_of = |key: u64| (key >> (8 * digit)) as usize & 0xff;
+        let mut counts = [0_u32; 256];
+        for &key in keys.iter().take(count) {
+            counts[digit_of(key)] += 1;
+        }
+        let mut found = 0;
+        for (value, &n) in counts.iter().enumerate() {
+            found = value;
+            if index < n as usize {
+                break;
+            }
+            index -= n as usize;
+        }
+        let mut kept = 0;
+        for at in 0..count {
+            let key = keys.get(at).copied().unwrap_or(0);
+            put(keys, kept, key);
+            kept += usize::from(digit_of(key) == found);
+        }
+        count = kept;
+    }
+    keys.first().copied().filter(|_| count > 0).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn the_nth_smallest_is_where_sorting_puts_it() {
+        let mut random = 1_u64;
+        for (count, bits) in [(1, 64), (2, 64), (100, 64), (1000, 9), (1000, 50), (257, 1)] {
+            let keys: Vec<u64> = (0..count)
+                .map(|_| {
+                    random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                    random >> (64 - bits)
+                })
+                .collect();
+            let mut sorted = keys.clone();
+            sorted.sort_unstable();
+            for index in [0, count / 3, count / 2, count - 1] {
+                assert_eq!(nth_smallest(&mut keys.clone(), index), sorted[index]);
+            }
+        }
+        assert_eq!(nth_smallest(&mut [], 0), 0);
     }
 }
