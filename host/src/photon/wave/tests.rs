@@ -135,7 +135,7 @@ fn chunks_come_in_their_order_and_hold_their_photons_in_the_order_of_waves() {
     let mut built = BuiltIndex::new(&model, IndexKind::Octree);
     let index = built.index();
     let tracer = Tracer::new(&model, 3, 6);
-    // Three runs of chunks, the last chunk not full.
+    // Several runs of chunks, the last chunk not full.
     let photons = 77..77 + 20 * CHUNK + 5;
     let mut chunks = Vec::new();
     let tally =
