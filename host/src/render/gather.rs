@@ -61,7 +61,9 @@ impl<'s> Gathering<'s> {
         point: u64,
         progress: &(impl Fn(u64) + Sync),
     ) -> Result<Self, EstimatorError> {
-        let source = PhotonSource { bounces: Bounces::Direct, ..field.source().clone() };
+        // Paths end at their first hit, because later segments do not count.
+        let bounces = Bounces::Direct;
+        let source = PhotonSource { bounces, max_bounces: 0, ..field.source().clone() };
         let direct =
             LightField::new(source, *field.estimator(), field.disc_kind(), None, progress)?;
         Ok(Self { direct, rays, next: point })
@@ -82,6 +84,10 @@ impl<'s> Gathering<'s> {
         photons: &(impl Fn(u64) + Sync),
         estimates: &(impl Fn(u64) + Sync),
     ) -> Result<(Vec<Estimate>, Work), EstimatorError> {
+        // The balance is that of whole paths, without points too.
+        if points.is_empty() {
+            return field.estimates(points, photons, estimates);
+        }
         let model = field.source().model;
         let (mut all, mut work) = self.direct.estimates(points, photons, estimates)?;
         let at_once = (ENDS_AT_ONCE / self.rays as usize).max(1);
