@@ -85,7 +85,7 @@ impl Visitor for Hits<'_> {
             return;
         };
         if let Some(triangle) = self.model.triangles.get(hit.triangle.0 as usize) {
-            let side = Side::met(triangle, &segment.ray);
+            let side = Side::hit(triangle, &segment.ray, &hit);
             hits.push((hit.triangle.0, side, segment.weight));
         }
     }

@@ -96,7 +96,7 @@ impl Visitor for LitPoints<'_> {
         let Some(triangle) = self.model.triangles.get(hit.triangle.0 as usize) else { return };
         let Some(at) = Receiver::at_hit(triangle, &hit, segment.ray.direction()) else { return };
         let normal = triangle.normal();
-        let front = Side::met(triangle, &segment.ray) == Side::Front;
+        let front = Side::hit(triangle, &segment.ray, &hit) == Side::Front;
         points.push((at.position(), if front { normal } else { -normal }));
     }
 }

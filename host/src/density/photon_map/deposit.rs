@@ -37,7 +37,7 @@ impl Visitor for Collector<'_> {
         let Some(triangle) = self.model.triangles.get(hit.triangle.0 as usize) else {
             return;
         };
-        let side = Side::met(triangle, &segment.ray);
+        let side = Side::hit(triangle, &segment.ray, &hit);
         let photon = Photon::new(hit_point(triangle, &hit), hit.triangle.0, side);
         deposits.push(Deposit { number: segment.photon, photon, weight: segment.weight });
     }
