@@ -182,26 +182,21 @@ impl Cast {
     ) -> (Vec<HitRecord>, Option<Vec<u64>>) {
         match self.query {
             Question::Closest => {
-                let closest = |rays: &[Ray], records: &mut [HitRecord], scratch: &mut [u8]| {
-                    let mut hits = vec![Hit::NONE; rays.len()];
-                    index.closest_hits_in(rays, &mut hits, scratch);
-                    for (record, hit) in records.iter_mut().zip(hits) {
-                        *record =
-                            if hit.is_none() { HitRecord::MISS } else { HitRecord::from(hit) };
-                    }
+                let closest = |rays: &[Ray], hits: &mut [Hit], scratch: &mut [u8]| {
+                    index.closest_hits_in(rays, hits, scratch);
                 };
-                (per_batch(rays, closest), None)
+                let record =
+                    |hit: Hit| if hit.is_none() { HitRecord::MISS } else { HitRecord::from(hit) };
+                (per_batch(rays, Hit::NONE, closest, record), None)
             }
             Question::Occluded => {
                 // The triangle that an any-hit query finds depends on the index, so the record does not name it.
-                let any = |rays: &[Ray], records: &mut [HitRecord], scratch: &mut [u8]| {
-                    let mut occluded = vec![false; rays.len()];
-                    index.occluded_each_in(rays, &mut occluded, scratch);
-                    for (record, occluded) in records.iter_mut().zip(occluded) {
-                        *record = if occluded { HitRecord::OCCLUDED } else { HitRecord::MISS };
-                    }
+                let any = |rays: &[Ray], occluded: &mut [bool], scratch: &mut [u8]| {
+                    index.occluded_each_in(rays, occluded, scratch);
                 };
-                (per_batch(rays, any), None)
+                let record =
+                    |is_occluded| if is_occluded { HitRecord::OCCLUDED } else { HitRecord::MISS };
+                (per_batch(rays, false, any, record), None)
             }
             Question::All => {
                 let lists = per_ray(rays, |ray| {
@@ -222,10 +217,13 @@ impl Cast {
 /// Rays of a batch: enough that its beginning and its end cost nothing, few enough for all processors to have some.
 const BATCH: usize = 2048;
 
-/// Answers valid rays in batches, each in the scratch of its thread. Other rays are misses.
-fn per_batch(
+/// Answers valid rays in batches, each in the scratch of its thread, and makes the records of the answers. An answer is
+/// `none` before its ray is asked about. Other rays are misses.
+fn per_batch<A: Copy + Sync>(
     rays: &[Result<Ray, RayError>],
-    answer: impl Fn(&[Ray], &mut [HitRecord], &mut [u8]) + Sync + Send,
+    none: A,
+    answer: impl Fn(&[Ray], &mut [A], &mut [u8]) + Sync,
+    record: impl Fn(A) -> HitRecord + Sync,
 ) -> Vec<HitRecord> {
     let mut records = vec![HitRecord::MISS; rays.len()];
     let batches = rays.par_chunks(BATCH).zip(records.par_chunks_mut(BATCH));
@@ -233,11 +231,11 @@ fn per_batch(
         || vec![0; BATCH_SCRATCH],
         |scratch, (rays, records)| {
             let valid: Vec<Ray> = rays.iter().flatten().copied().collect();
-            let mut answers = vec![HitRecord::MISS; valid.len()];
+            let mut answers = vec![none; valid.len()];
             answer(&valid, &mut answers, scratch);
             let answered = records.iter_mut().zip(rays).filter(|(_, ray)| ray.is_ok());
-            for ((record, _), answer) in answered.zip(answers) {
-                *record = answer;
+            for ((slot, _), answer) in answered.zip(answers) {
+                *slot = record(answer);
             }
         },
     );
