@@ -10,7 +10,7 @@ use crate::report::html::Page;
 use crate::studies::paper::equal_bytes_tables::SceneTable;
 use crate::studies::paper::figure3::Figure3;
 use crate::studies::paper::figure3_apart::ApartRow;
-use crate::studies::paper::lit::LitScene;
+use crate::studies::paper::lit::ScenePicture;
 use crate::studies::paper::protocol::ProtocolTable;
 use crate::studies::separation::SeparationRow;
 
@@ -27,7 +27,7 @@ pub struct PaperEvidence<'e> {
     /// All indices of figure 3 with its clusters at other distances; without any, their section is left out.
     pub separation: &'e [SeparationRow],
     /// Pictures of the scenes.
-    pub lit: &'e [LitScene],
+    pub lit: &'e [ScenePicture],
     /// Machine, compiler and commit of the measurements.
     pub provenance: &'e Provenance,
     /// Command that repeats the measurements.

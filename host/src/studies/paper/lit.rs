@@ -13,7 +13,7 @@ const SIZE: (u32, u32) = (960, 640);
 const PHOTONS: [u64; 2] = [1_000_000, 100_000];
 
 /// Picture of a scene, in a file.
-pub struct LitScene {
+pub struct ScenePicture {
     /// The PNG file.
     pub path: PathBuf,
     /// Scene, photons and method.
@@ -37,7 +37,7 @@ pub fn render_scenes(
     is_asked: impl Fn(&str) -> bool,
     seed: u64,
     quick: bool,
-) -> anyhow::Result<Vec<LitScene>> {
+) -> anyhow::Result<Vec<ScenePicture>> {
     let photons = PHOTONS[usize::from(quick)];
     let picture = |(scene, label)| {
         let model = builtin::require(scene)?.with_default_light(UpAxis::Z);
@@ -56,7 +56,7 @@ pub fn render_scenes(
             SIZE.0,
             SIZE.1
         );
-        Ok(LitScene { path, caption })
+        Ok(ScenePicture { path, caption })
     };
     scenes(is_asked).map(picture).collect()
 }
