@@ -8,8 +8,7 @@ use std::num::NonZero;
 
 use arboleda::{IndexKind, Options, OwnedIndex, Vec3};
 use arboleda_host::density::{
-    Bounces, Discs, Domain, Fan, Kernel, Neighbourhood, PhotonMap, PhotonSource, Receiver,
-    TangentPlane,
+    Discs, Domain, Fan, Kernel, Neighbourhood, PhotonMap, PhotonSource, Receiver, TangentPlane,
 };
 use arboleda_host::scene::builtin;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -26,14 +25,7 @@ fn light(criterion: &mut Criterion) {
     let built = OwnedIndex::build(IndexKind::WideBvh, &model.scene(), &Options::DEFAULT);
     let built = built.expect("the defaults are valid");
     let index = built.index();
-    let source = PhotonSource {
-        model: &model,
-        index: index.as_ray_index(),
-        photons: 0..PHOTONS,
-        seed: 1,
-        max_bounces: 64,
-        bounces: Bounces::All,
-    };
+    let source = PhotonSource::new(&model, index.as_ray_index(), PHOTONS, 1);
     let map = PhotonMap::shoot(&source, &|_| {}).expect("a million photons fit");
     let positions: Vec<[f32; 3]> = map.positions().map(|position| position.to_array()).collect();
     let tree = ImmutableKdTree::new_from_slice(&positions).expect("finite positions");

@@ -12,7 +12,7 @@ use super::output::{count, say};
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
 use crate::density::{Estimator, LightField, PhotonMap, PhotonSource};
-use crate::photon::{Balance, DEFAULT_MAX_BOUNCES};
+use crate::photon::Balance;
 use crate::scene::Model;
 use crate::{Threads, TimedIndex};
 
@@ -72,14 +72,9 @@ impl LitScene {
     ) -> T {
         let LightingArguments { photons, estimator, .. } = lighting;
         let index = self.index.index();
-        work(&PhotonSource {
-            model: &self.model,
-            index: index.as_ray_index(),
-            photons: 0..photons.photons,
-            seed: photons.seed,
-            max_bounces: DEFAULT_MAX_BOUNCES,
-            bounces: estimator.bounces(),
-        })
+        let source =
+            PhotonSource::new(&self.model, index.as_ray_index(), photons.photons, photons.seed);
+        work(&PhotonSource { bounces: estimator.bounces(), ..source })
     }
 
     /// Prepares the light of a source, with a progress bar: loads a photon map or makes it, and saves it.

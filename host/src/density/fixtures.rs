@@ -2,7 +2,7 @@
 
 use arboleda::{IndexKind, Options, OwnedIndex, Vec3};
 
-use super::{Bounces, PhotonMap, PhotonSource, Receiver};
+use super::{PhotonMap, PhotonSource, Receiver};
 use crate::photon::fixtures::{closed_box, quad};
 use crate::scene::{AreaLight, Model};
 
@@ -25,14 +25,7 @@ impl Lit {
     /// Runs `work` with the first photons of the model.
     pub fn shoot<T>(&self, photons: u64, work: impl FnOnce(&PhotonSource<'_>) -> T) -> T {
         let index = self.index.index();
-        work(&PhotonSource {
-            model: &self.model,
-            index: index.as_ray_index(),
-            photons: 0..photons,
-            seed: 1,
-            max_bounces: 64,
-            bounces: Bounces::All,
-        })
+        work(&PhotonSource::new(&self.model, index.as_ray_index(), photons, 1))
     }
 
     pub fn map(&self, photons: u64) -> PhotonMap {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use arboleda::RayIndex;
 
-use crate::photon::{Balance, Counting, Tracer, Visitor, stream};
+use crate::photon::{Balance, Counting, DEFAULT_MAX_BOUNCES, Tracer, Visitor, stream};
 use crate::scene::Model;
 
 /// Part of a photon's path that estimates count.
@@ -48,7 +48,19 @@ pub struct PhotonSource<'m> {
     pub bounces: Bounces,
 }
 
-impl PhotonSource<'_> {
+impl<'m> PhotonSource<'m> {
+    /// Creates the source of the first `photons` photons, which bounce at most [`DEFAULT_MAX_BOUNCES`] times. All
+    /// segments count.
+    pub fn new(
+        model: &'m Model,
+        index: &'m (dyn RayIndex + Sync),
+        photons: u64,
+        seed: u64,
+    ) -> Self {
+        let (max_bounces, bounces) = (DEFAULT_MAX_BOUNCES, Bounces::All);
+        Self { model, index, photons: 0..photons, seed, max_bounces, bounces }
+    }
+
     /// Streams all segments to a visitor, in the caller's pool. `end` receives the states of the chunks in their order.
     pub(crate) fn stream<V: Visitor>(
         &self,

@@ -8,10 +8,8 @@ use super::samples::Sampling;
 use super::viewpoint::viewpoint;
 use crate::TimedIndex;
 use crate::density::{
-    Bounces, Domain, Estimator, Kernel, PhotonSource, TangentPlane, automatic_radius,
-    wanted_photons,
+    Domain, Estimator, Kernel, PhotonSource, TangentPlane, automatic_radius, wanted_photons,
 };
-use crate::photon::DEFAULT_MAX_BOUNCES;
 use crate::report::Camera;
 use crate::scene::Model;
 
@@ -47,14 +45,7 @@ impl Snapshot {
         let kind = IndexKind::WideBvh;
         let built = TimedIndex::build(kind, &model.scene(), &Options::default())?;
         let index = built.index();
-        let source = PhotonSource {
-            model,
-            index: index.as_ray_index(),
-            photons: 0..self.photons,
-            seed: self.seed,
-            max_bounces: DEFAULT_MAX_BOUNCES,
-            bounces: Bounces::All,
-        };
+        let source = PhotonSource::new(model, index.as_ray_index(), self.photons, self.seed);
         let radius = automatic_radius(&source, wanted_photons(self.photons) as f64);
         let (kernel, domain) = (Kernel::Epanechnikov, Domain::Visible);
         let plane = TangentPlane { radius, beyond: 0.0, kernel, domain };

@@ -16,9 +16,9 @@ use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{count, duration, say};
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
-use crate::density::{Bounces, PhotonSource, TriangleIrradiance, TriangleLight, first_hits};
+use crate::density::{PhotonSource, TriangleIrradiance, TriangleLight, first_hits};
 use crate::files::output::check_writable;
-use crate::photon::{Counting, DEFAULT_MAX_BOUNCES, Emitter, ShootOptions, Shot};
+use crate::photon::{Counting, Emitter, ShootOptions, Shot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::Model;
 use crate::{Threads, TimedIndex};
@@ -155,14 +155,7 @@ impl Shoot {
         let threads = Threads::new(self.threads);
         let built = TimedIndex::build_with(kind, scene, &self.build.options(), &threads)?;
         let index = built.index();
-        let source = PhotonSource {
-            model,
-            index: index.as_ray_index(),
-            photons: 0..self.photons,
-            seed: self.seed,
-            max_bounces: DEFAULT_MAX_BOUNCES,
-            bounces: Bounces::All,
-        };
+        let source = PhotonSource::new(model, index.as_ray_index(), self.photons, self.seed);
         if let Some(path) = &self.photons_ply {
             let hits = first_hits(&source, self.ply_limit);
             write_photons(path, &hits, &self.comments(model, &source))?;

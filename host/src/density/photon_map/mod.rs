@@ -102,7 +102,7 @@ impl Photon {
 /// ```
 /// use arboleda::{IndexKind, Options, OwnedIndex, Vec3};
 /// use arboleda_host::density::{
-///     Bounces, Facing, Gather, Kernel, MapEstimator, PhotonMap, PhotonSource, Receiver,
+///     Facing, Gather, Kernel, MapEstimator, PhotonMap, PhotonSource, Receiver,
 /// };
 /// use arboleda_host::scene::{AreaLight, Model};
 ///
@@ -113,10 +113,7 @@ impl Photon {
 /// model.lights.push(AreaLight::facing_down(Vec3::Z, 1.0, 1.0, 100.0));
 /// let built = OwnedIndex::build(IndexKind::WideBvh, &model.scene(), &Options::DEFAULT)?;
 /// let index = built.index();
-/// let source = PhotonSource {
-///     model: &model, index: index.as_ray_index(), photons: 0..100_000, seed: 1, max_bounces: 64,
-///     bounces: Bounces::All,
-/// };
+/// let source = PhotonSource::new(&model, index.as_ray_index(), 100_000, 1);
 /// let map = PhotonMap::shoot(&source, &|_| {})?;
 /// let estimator = MapEstimator {
 ///     gather: Gather::Nearest { k: 200, max_radius: 0.5 },
