@@ -70,9 +70,6 @@ impl Visitor for HitTriangles<'_> {
     }
 
     fn visit(&self, ids: &mut Vec<u32>, segment: &Segment) {
-        let known = |id: u32| (id as usize) < self.source.model.triangles.len();
-        if let Some(hit) = segment.hit.filter(|_| self.source.bounces.includes(segment.bounce)) {
-            ids.extend(Some(hit.triangle.0).filter(|&id| known(id)));
-        }
+        ids.extend(self.source.counted_hit(segment).map(|(_, hit)| hit.triangle.0));
     }
 }

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use arboleda::RayIndex;
+use arboleda::{Hit, RayIndex, Triangle};
 
-use crate::photon::{Balance, Counting, DEFAULT_MAX_BOUNCES, Tracer, Visitor, stream};
+use crate::photon::{Balance, Counting, DEFAULT_MAX_BOUNCES, Segment, Tracer, Visitor, stream};
 use crate::scene::Model;
 
 /// Part of a photon's path that estimates count.
@@ -71,5 +71,13 @@ impl<'m> PhotonSource<'m> {
         let tracer = Tracer::new(self.model, self.seed, self.max_bounces);
         let photons = self.photons.clone();
         stream(&tracer, photons, self.index, Counting::Off, progress, visitor, end).balance
+    }
+
+    /// Returns the triangle and the hit at the end of a segment; `None` if the segment does not count, has no hit, or
+    /// hits a triangle that the model does not have.
+    #[inline]
+    pub(super) fn counted_hit(&self, segment: &Segment) -> Option<(&'m Triangle, Hit)> {
+        let hit = segment.hit.filter(|_| self.bounces.includes(segment.bounce))?;
+        Some((self.model.triangles.get(hit.triangle.0 as usize)?, hit))
     }
 }

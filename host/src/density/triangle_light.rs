@@ -31,8 +31,7 @@ impl TriangleLight {
     /// Shoots the photons of a source, in the caller's pool. `progress` is called from any thread.
     pub fn shoot(source: &PhotonSource<'_>, progress: &(impl Fn(u64) + Sync)) -> Self {
         let mut sums = vec![[Sums::default(); 2]; source.model.triangles.len()];
-        let visitor = Hits { model: source.model, source };
-        let balance = source.stream(progress, &visitor, |hits| {
+        let balance = source.stream(progress, &Hits { source }, |hits| {
             for (id, side, weight) in hits {
                 if let Some(sides) = sums.get_mut(id as usize) {
                     sides[side as usize].add(weight, 1.0);
@@ -67,7 +66,6 @@ fn area_of(triangle: &Triangle) -> f64 {
 }
 
 struct Hits<'m> {
-    model: &'m Model,
     source: &'m PhotonSource<'m>,
 }
 
@@ -81,10 +79,7 @@ impl Visitor for Hits<'_> {
     }
 
     fn visit(&self, hits: &mut Self::State, segment: &Segment) {
-        let Some(hit) = segment.hit.filter(|_| self.source.bounces.includes(segment.bounce)) else {
-            return;
-        };
-        if let Some(triangle) = self.model.triangles.get(hit.triangle.0 as usize) {
+        if let Some((triangle, hit)) = self.source.counted_hit(segment) {
             let side = Side::hit(triangle, &segment.ray, &hit);
             hits.push((hit.triangle.0, side, segment.weight));
         }
@@ -139,10 +134,7 @@ impl Visitor for Listed<'_> {
     }
 
     fn visit(&self, hits: &mut Self::State, segment: &Segment) {
-        let Some(hit) = segment.hit.filter(|_| self.source.bounces.includes(segment.bounce)) else {
-            return;
-        };
-        if let Some(triangle) = self.source.model.triangles.get(hit.triangle.0 as usize) {
+        if let Some((triangle, hit)) = self.source.counted_hit(segment) {
             hits.push(PhotonHit {
                 photon: segment.photon,
                 bounce: segment.bounce,

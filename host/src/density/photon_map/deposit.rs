@@ -3,7 +3,6 @@
 use crate::density::PhotonSource;
 use crate::density::receiver::hit_point;
 use crate::photon::{Segment, Side, Visitor};
-use crate::scene::Model;
 
 use super::{MOST_PHOTONS, MapError, Photon, PhotonMap, build, normals_of, tint};
 
@@ -16,7 +15,6 @@ struct Deposit {
 
 /// Collects the hits of each chunk.
 struct Collector<'m> {
-    model: &'m Model,
     source: &'m PhotonSource<'m>,
 }
 
@@ -31,15 +29,11 @@ impl Visitor for Collector<'_> {
     }
 
     fn visit(&self, deposits: &mut Vec<Deposit>, segment: &Segment) {
-        let Some(hit) = segment.hit.filter(|_| self.source.bounces.includes(segment.bounce)) else {
-            return;
-        };
-        let Some(triangle) = self.model.triangles.get(hit.triangle.0 as usize) else {
-            return;
-        };
-        let side = Side::hit(triangle, &segment.ray, &hit);
-        let photon = Photon::new(hit_point(triangle, &hit), hit.triangle.0, side);
-        deposits.push(Deposit { number: segment.photon, photon, weight: segment.weight });
+        if let Some((triangle, hit)) = self.source.counted_hit(segment) {
+            let side = Side::hit(triangle, &segment.ray, &hit);
+            let photon = Photon::new(hit_point(triangle, &hit), hit.triangle.0, side);
+            deposits.push(Deposit { number: segment.photon, photon, weight: segment.weight });
+        }
     }
 
     fn finish(&self, deposits: &mut Vec<Deposit>) {
@@ -62,8 +56,7 @@ impl PhotonMap {
         let grey = source.model.is_grey();
         let (mut photons, mut tints) = (Vec::new(), Vec::new());
         let mut hits = 0;
-        let collector = Collector { model: source.model, source };
-        let balance = source.stream(progress, &collector, |deposits| {
+        let balance = source.stream(progress, &Collector { source }, |deposits| {
             hits += deposits.len();
             if hits > MOST_PHOTONS {
                 photons = Vec::new();
