@@ -5,7 +5,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use arboleda::Vec3;
+use arboleda::{Triangle, Vec3};
 
 /// Three coordinates in `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,14 @@ impl Vector64 {
     #[inline]
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self { x, y, z }
+    }
+
+    /// Computes the normal of a triangle, towards the side from which its corners are seen counter-clockwise. Its
+    /// length is twice the area.
+    #[inline]
+    pub fn normal_of(triangle: &Triangle) -> Self {
+        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Self::from);
+        (b - a).cross(c - a)
     }
 
     #[inline]
@@ -58,6 +66,11 @@ impl Vector64 {
     pub fn largest(self) -> f64 {
         greater(greater(self.x.abs(), self.y.abs()), self.z.abs())
     }
+}
+
+/// Computes the area of a triangle.
+pub(crate) fn area_of(triangle: &Triangle) -> f64 {
+    0.5 * Vector64::normal_of(triangle).length()
 }
 
 /// Returns the greater of two numbers: one instruction, where `f64::max` has to look for NaN. If either is NaN, the

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 use super::source::PhotonSource;
 use crate::photon::{Balance, Segment, Visitor};
-use crate::vector::Vector64;
+use crate::vector::area_of;
 
 /// Photons of the trial: enough to know the lit area to a few percent.
 const TRIAL: u64 = 16_384;
@@ -43,10 +43,7 @@ pub fn automatic_radius(source: &PhotonSource<'_>, wanted: f64) -> f32 {
         }
     });
     let lit = source.model.triangles.iter().zip(is_hit).filter(|(_, is_hit)| *is_hit);
-    let area = lit.fold(0.0, |sum, (triangle, _)| {
-        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-        sum + 0.5 * (b - a).cross(c - a).length()
-    });
+    let area = lit.fold(0.0, |sum, (triangle, _)| sum + area_of(triangle));
     let radius = if hits == 0 || area <= 0.0 {
         0.5 * SHARE_OF_BOUNDS * source.model.bounds().diagonal_squared().sqrt()
     } else {

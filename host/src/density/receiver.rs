@@ -81,8 +81,7 @@ impl Receiver {
 /// Computes the unit normal of a triangle, towards the side from which its corners are seen counter-clockwise; `None`
 /// without area.
 pub(super) fn unit_normal(triangle: &Triangle) -> Option<Vector64> {
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-    let normal = (b - a).cross(c - a);
+    let normal = Vector64::normal_of(triangle);
     let length = normal.length();
     (length > 0.0).then(|| normal / length)
 }

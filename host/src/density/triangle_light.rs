@@ -5,9 +5,9 @@ use super::receiver::hit_point;
 use super::source::PhotonSource;
 use crate::photon::{Balance, Segment, Side, Visitor};
 use crate::scene::Model;
-use crate::vector::Vector64;
+use crate::vector::area_of;
 
-use arboleda::{Triangle, Vec3};
+use arboleda::Vec3;
 
 /// Photons that fell on each side of each triangle.
 #[derive(Clone, Debug)]
@@ -58,11 +58,6 @@ impl TriangleLight {
             TriangleIrradiance { area, front, back }
         })
     }
-}
-
-fn area_of(triangle: &Triangle) -> f64 {
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-    0.5 * (b - a).cross(c - a).length()
 }
 
 struct Hits<'m> {

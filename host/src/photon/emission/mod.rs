@@ -206,8 +206,7 @@ struct Face {
 impl Face {
     /// Creates a face; `None` if photons cannot depart from it: it has no area, or its side is in doubt.
     fn new(triangle: &Triangle, side: f64) -> Option<Self> {
-        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-        let normal = (b - a).cross(c - a);
+        let normal = Vector64::normal_of(triangle);
         let length = normal.length();
         if length <= 0.0 {
             return None;

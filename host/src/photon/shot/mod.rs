@@ -14,7 +14,7 @@ pub use shoot::{Counting, ShootOptions, shoot};
 
 use arboleda::{Counters, Triangle, TriangleId};
 
-use crate::vector::Vector64;
+use crate::vector::area_of;
 
 /// Result of shooting photons.
 ///
@@ -63,8 +63,7 @@ impl Shot {
     /// Computes the irradiance of a triangle: the flux on both sides, divided by the area of one, in watts per square
     /// metre if coordinates are in metres; 0 if it has no area. The relative standard error is about 1/√hits.
     pub fn irradiance(&self, id: TriangleId, triangle: &Triangle) -> f64 {
-        let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-        let area = 0.5 * (b - a).cross(c - a).length();
+        let area = area_of(triangle);
         if area > 0.0 { self.flux(id) / area } else { 0.0 }
     }
 }

@@ -79,8 +79,7 @@ fn exact(point: Vec3) -> Coord3D<f64> {
 }
 
 fn leaves_towards_front(triangle: &Triangle, direction: Vec3) -> bool {
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-    (b - a).cross(c - a).dot(Vector64::from(direction)) > 0.0
+    Vector64::normal_of(triangle).dot(direction.into()) > 0.0
 }
 
 #[cfg(test)]

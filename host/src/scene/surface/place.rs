@@ -107,8 +107,7 @@ impl Surface {
 }
 
 fn has_area(triangle: &Triangle) -> bool {
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-    (b - a).cross(c - a).length() > 0.0
+    Vector64::normal_of(triangle).length() > 0.0
 }
 
 /// Rounds each coordinate to the nearest `f32`. Coordinates beyond the largest `f32` become infinite.
