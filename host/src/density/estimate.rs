@@ -26,6 +26,11 @@ impl Estimate {
         let [red, green, blue] = self.irradiance.map(f64::from);
         ((red + green + blue) / 3.0) as f32
     }
+
+    /// Computes the light that leaves a surface of a colour, of red, green and blue in W/m2.
+    pub fn exitance(&self, colour: [f32; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|channel| f64::from(colour[channel]) * f64::from(self.irradiance[channel]))
+    }
 }
 
 /// Steps of a sum in a weight of 1: 2^24.
@@ -93,7 +98,7 @@ impl Sums {
 }
 
 /// Rounds to `f32`; values beyond its range become its largest.
-pub(super) fn rounded(value: f64) -> f32 {
+pub(crate) fn rounded(value: f64) -> f32 {
     value.min(f64::from(f32::MAX)) as f32
 }
 

@@ -23,6 +23,7 @@ mod tangent_plane;
 mod triangle_light;
 mod visible;
 
+pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
 pub use estimator::{Estimator, EstimatorError, LightField, Work};
 pub use kernel::Kernel;

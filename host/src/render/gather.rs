@@ -17,7 +17,9 @@
 use arboleda::{BATCH_SCRATCH, Hit, Ray, RayIndex};
 use rayon::prelude::*;
 
-use crate::density::{Bounces, Estimate, EstimatorError, LightField, PhotonSource, Receiver, Work};
+use crate::density::{
+    Bounces, Estimate, EstimatorError, LightField, PhotonSource, Receiver, Work, rounded,
+};
 use crate::photon::PhotonRandom;
 use crate::scene::Model;
 
@@ -164,9 +166,7 @@ fn cell(receiver: &Receiver, side: f64) -> u64 {
 
 impl Gathered {
     fn add(&mut self, model: &Model, triangle: u32, estimate: &Estimate) {
-        let colour = model.colour(triangle);
-        let exitance = [0, 1, 2]
-            .map(|channel| f64::from(colour[channel]) * f64::from(estimate.irradiance[channel]));
+        let exitance = estimate.exitance(model.colour(triangle));
         for (sum, exitance) in self.exitance.iter_mut().zip(exitance) {
             *sum += exitance;
         }
@@ -180,13 +180,12 @@ impl Gathered {
         // The radiance is the exitance over pi, and the irradiance pi times the mean of the radiance.
         let rays = f64::from(rays);
         for (value, exitance) in estimate.irradiance.iter_mut().zip(self.exitance) {
-            *value = (f64::from(*value) + exitance / rays).min(f64::from(f32::MAX)) as f32;
+            *value = rounded(f64::from(*value) + exitance / rays);
         }
         let mean = (self.exitance[0] + self.exitance[1] + self.exitance[2]) / 3.0 / rays;
         let variance = (self.squares / rays - mean * mean).max(0.0) / (rays - 1.0).max(1.0);
         let direct = f64::from(estimate.standard_error);
-        let error = (direct * direct + variance).sqrt().min(f64::from(f32::MAX));
-        estimate.standard_error = error as f32;
+        estimate.standard_error = rounded((direct * direct + variance).sqrt());
         estimate.count = estimate.count.saturating_add(self.count);
     }
 }

@@ -141,11 +141,8 @@ impl TileSamples {
     pub fn add_to(&self, film: &mut Film, model: &Model, estimates: &[Estimate], rays: u32) {
         for (share, estimate) in self.shares.iter().zip(estimates) {
             let part = share.rays as f32 / rays as f32;
-            let colour = model.colour(share.triangle);
-            let reflected = [0, 1, 2].map(|channel| {
-                let exitance = f64::from(colour[channel]) * f64::from(estimate.irradiance[channel]);
-                (exitance / PI) as f32
-            });
+            let exitance = estimate.exitance(model.colour(share.triangle));
+            let reflected = exitance.map(|exitance| (exitance / PI) as f32);
             film.add(share, part, estimate, reflected);
         }
     }
