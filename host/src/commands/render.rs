@@ -200,7 +200,7 @@ impl Render {
         )
     }
 
-    /// Merges rays of a pixel whose estimates would be made of nearly the same photons.
+    /// Returns the pattern of rays. The k nearest have no fixed radius, so it is that of a disc that holds k photons.
     fn sampling(&self, source: &PhotonSource<'_>, estimator: &Estimator) -> Sampling {
         let radius = match estimator {
             Estimator::PhotonMap(MapEstimator { gather: Gather::Nearest { k, .. }, .. }, _) => {
@@ -208,7 +208,7 @@ impl Render {
             }
             _ => estimator.radius(),
         };
-        Sampling { side: self.samples, merged_within: 0.25 * radius }
+        Sampling::of_radius(self.samples, radius)
     }
 
     fn summarise(&self, film: &Film, look: &Look, summary: &Summary, estimator: &Estimator) {

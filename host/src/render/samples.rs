@@ -29,6 +29,14 @@ pub struct Sampling {
     pub merged_within: f32,
 }
 
+impl Sampling {
+    /// Returns the pattern for estimates in discs of a radius. Hits within a quarter of it share a receiver, because
+    /// their estimates would be made of nearly the same photons.
+    pub fn of_radius(side: u32, radius: f32) -> Self {
+        Self { side, merged_within: 0.25 * radius }
+    }
+}
+
 /// Share of a pixel that one receiver stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {

@@ -55,7 +55,7 @@ impl Snapshot {
             estimator: Estimator::TangentPlane(plane),
             disc_kind: kind,
             map: None,
-            sampling: Sampling { side: 2, merged_within: 0.25 * radius },
+            sampling: Sampling::of_radius(2, radius),
             final_gather: 0,
             passes: 1,
         };
