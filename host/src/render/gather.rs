@@ -14,9 +14,10 @@
 //! # Source
 //! H. W. Jensen, *Global Illumination using Photon Maps*, 1996, section 5; the direct light by photons is ours.
 
-use arboleda::{BATCH_SCRATCH, Hit, Ray, RayIndex};
+use arboleda::Ray;
 use rayon::prelude::*;
 
+use super::batch;
 use crate::density::{
     Bounces, Estimate, EstimatorError, LightField, PhotonSource, Receiver, Work, rounded,
 };
@@ -118,7 +119,7 @@ impl<'s> Gathering<'s> {
         /// Points whose rays are answered together.
         const SOME: usize = 64;
         let (seed, model) = (!source.seed, source.model);
-        let of_some = |(chunk, some): (usize, &[Receiver])| {
+        let of_some = |scratch: &mut Vec<u8>, (chunk, some): (usize, &[Receiver])| {
             let mut rays: Vec<(usize, Ray)> = Vec::new();
             for (point, receiver) in (chunk * SOME..).zip(some) {
                 // The complement of the seed is not the key of photons.
@@ -126,10 +127,7 @@ impl<'s> Gathering<'s> {
                 let cast = (0..self.rays).filter_map(|_| receiver.ray_from(&mut random));
                 rays.extend(cast.map(|ray| (point, ray)));
             }
-            let plain: Vec<Ray> = rays.iter().map(|(_, ray)| *ray).collect();
-            let mut hits = vec![Hit::NONE; plain.len()];
-            let index: &dyn RayIndex = source.index;
-            index.closest_hits_in(&plain, &mut hits, &mut vec![0; BATCH_SCRATCH]);
+            let hits = batch::closest_hits(source.index, &rays, scratch);
             let ends = rays.iter().zip(hits).filter_map(|((point, ray), hit)| {
                 let triangle = model.triangles.get(hit.triangle.0 as usize)?;
                 let receiver = Receiver::at_hit(triangle, &hit, ray.direction())?;
@@ -137,8 +135,8 @@ impl<'s> Gathering<'s> {
             });
             ends.collect::<Vec<_>>()
         };
-        let mut ends: Vec<End> =
-            points.par_chunks(SOME).enumerate().flat_map_iter(of_some).collect();
+        let chunks = points.par_chunks(SOME).enumerate();
+        let mut ends: Vec<End> = chunks.map_init(batch::scratch, of_some).flatten_iter().collect();
         // Ends of one plane that are near each other share the carriers of their discs. The sort is stable, so their
         // order is a function of the points.
         let side = f64::from(self.direct.estimator().radius());

@@ -9,6 +9,7 @@
 //! A diffuse surface of reflectance `rho` has the radiance `rho E / pi`, and that which it emits. Every value of a
 //! picture is a function of the model and the options; it does not depend on the index, the threads or the machine.
 
+mod batch;
 mod film;
 mod gather;
 mod output;

@@ -8,9 +8,10 @@
 
 use std::f64::consts::PI;
 
-use arboleda::{BATCH_SCRATCH, Hit, Ray, RayIndex, Vec3};
+use arboleda::{Hit, Ray, RayIndex, Vec3};
 use rayon::prelude::*;
 
+use super::batch;
 use super::film::Film;
 use crate::density::{Estimate, Receiver};
 use crate::report::Camera;
@@ -88,7 +89,9 @@ impl TileSamples {
             rows.flat_map(|row| (0..columns).map(move |column| (column, row))).collect();
         let sampled: Vec<Self> = tiles
             .into_par_iter()
-            .map(|tile| Self::of_tile(camera, sampling, model, index, tile))
+            .map_init(batch::scratch, |scratch, tile| {
+                Self::of_tile(camera, sampling, model, index, tile, scratch)
+            })
             .collect();
         let mut all = Self::default();
         for tile in sampled {
@@ -105,6 +108,7 @@ impl TileSamples {
         model: &Model,
         index: &(dyn RayIndex + Sync),
         (column, row): (u32, u32),
+        scratch: &mut [u8],
     ) -> Self {
         // 1. The rays of the tile, answered together. A ray beyond the range of f32 sees nothing.
         let (width, height) = camera.size();
@@ -122,9 +126,7 @@ impl TileSamples {
                 rays.extend(ray.map(|ray| (y * width + x, ray)));
             }
         }
-        let plain: Vec<Ray> = rays.iter().map(|(_, ray)| *ray).collect();
-        let mut hits = vec![Hit::NONE; plain.len()];
-        index.closest_hits_in(&plain, &mut hits, &mut vec![0; BATCH_SCRATCH]);
+        let hits = batch::closest_hits(index, &rays, scratch);
 
         // 2. Hits of a pixel on the same triangle are merged.
         let mut found: Vec<(Receiver, Share)> = Vec::new();
@@ -142,7 +144,7 @@ impl TileSamples {
         // 3. Receivers that face the same way follow each other.
         found.sort_by_key(|(receiver, _)| receiver.normal_bits());
         let (receivers, shares) = found.into_iter().unzip();
-        Self { receivers, shares, rays: plain.len() as u64 }
+        Self { receivers, shares, rays: rays.len() as u64 }
     }
 
     /// Adds estimates of the receivers to a film. `rays` is the number of rays of a pixel.
