@@ -6,8 +6,7 @@
 
 use arboleda::{Hit, Ray, SimdLevel, Vec3, Work};
 
-use super::emit::words_of;
-use super::{DiscPoint, LANE_ATTEMPTS, LANES, LaneRays, Vectors, Words, put, wide};
+use super::{DiscPoint, LANE_ATTEMPTS, LANES, LaneRays, Vectors, Words, put, wide, words_of};
 use crate::photon::random::{Place, halves, philox_lanes};
 use crate::photon::surface::hemisphere::Frame;
 use crate::photon::surface::offset::Departure;

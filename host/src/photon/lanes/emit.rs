@@ -6,7 +6,7 @@
 
 use arboleda::{Ray, SimdLevel, Work};
 
-use super::{DiscPoint, LANE_ATTEMPTS, LANES, LaneRays, Words, part, put};
+use super::{DiscPoint, LANE_ATTEMPTS, LANES, LaneRays, Words, part, put, words_of};
 use crate::photon::emission::{Emitter, Parallelogram};
 use crate::photon::random::{PhotonRandom, Place, halves, philox_lanes};
 
@@ -63,7 +63,7 @@ impl EmissionLanes {
                 let known = sources[..count].iter().position(|&known| known == source);
                 let is_usual = count < MOST_LIGHTS && emitter.parallelogram(source).is_some();
                 let light = known.unwrap_or(if is_usual { count } else { MOST_LIGHTS });
-                if light == count && is_usual {
+                if known.is_none() && is_usual {
                     sources[count] = source;
                     count += 1;
                 }
@@ -178,10 +178,4 @@ fn emit(
         put(&mut rays.directions, lane, shape.frame().lifted(point.x, point.y).rounded());
         rays.attempts[lane] = point.attempts;
     }
-}
-
-/// Returns the four words of a lane.
-#[inline]
-pub(super) fn words_of([w0, w1, w2, w3]: &[Words; 4], lane: usize) -> [u32; 4] {
-    [w0[lane] as u32, w1[lane] as u32, w2[lane] as u32, w3[lane] as u32]
 }

@@ -118,6 +118,12 @@ impl DiscPoint {
     }
 }
 
+/// Returns the four words of a lane.
+#[inline]
+fn words_of([w0, w1, w2, w3]: &[Words; 4], lane: usize) -> [u32; 4] {
+    [w0[lane] as u32, w1[lane] as u32, w2[lane] as u32, w3[lane] as u32]
+}
+
 #[inline(always)]
 fn vector([x, y, z]: &Vectors, lane: usize) -> Vec3 {
     Vec3::new(x[lane], y[lane], z[lane])
