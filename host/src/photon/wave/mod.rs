@@ -79,12 +79,12 @@ impl<'t, 'm> Wave<'t, 'm> {
         for first in numbers.clone().step_by(LANES) {
             self.emission.compute(self.tracer.emitter(), first);
             for lane in 0..LANES.min((numbers.end - first) as usize) {
-                if let Some((ray, weight, place)) = self.emission.photon(lane) {
+                let one_by_one = || {
+                    let path = self.tracer.emit(first + lane as u64)?.ok()?;
+                    Some((path.ray, path.weight, *path.random.place()))
+                };
+                if let Some((ray, weight, place)) = self.emission.photon(lane).or_else(one_by_one) {
                     self.rays.push(ray);
-                    self.photons.push(Photon { place, weight, bounce: 0 });
-                } else if let Some(Ok(path)) = self.tracer.emit(first + lane as u64) {
-                    let (weight, place) = (path.weight, *path.random.place());
-                    self.rays.push(path.ray);
                     self.photons.push(Photon { place, weight, bounce: 0 });
                 } else {
                     tally.balance.end(PathEnd::Refused);
