@@ -55,7 +55,7 @@ fn mixed(triangles: &[Triangle], count: usize, seed: u64) -> Vec<Ray> {
 }
 
 /// The same index with each set of vector instructions.
-fn at_every_level(index: AnyIndex<'_>, check: &dyn Fn(&dyn RayIndex)) {
+fn at_every_level(index: AnyIndex<'_>, check: &mut dyn FnMut(&dyn RayIndex)) {
     let detected = SimdLevel::detect();
     for level in [detected, detected.without_avx512(), SimdLevel::COMPILED] {
         match index {
@@ -67,10 +67,10 @@ fn at_every_level(index: AnyIndex<'_>, check: &dyn Fn(&dyn RayIndex)) {
     }
 }
 
-fn on_every_index(triangles: &[Triangle], check: impl Fn(&dyn RayIndex)) {
+fn on_every_index(triangles: &[Triangle], mut check: impl FnMut(&dyn RayIndex)) {
     for kind in KINDS {
         let built = Built::new(kind, &Scene::new(triangles), &Options::DEFAULT).expect("an index");
-        at_every_level(built.index(), &check);
+        at_every_level(built.index(), &mut check);
     }
 }
 
@@ -92,10 +92,9 @@ fn batches_of_any_length_equal_single_rays() {
     let mut scratch = vec![0xff; BATCH_SCRATCH];
     for (number, triangles) in all_scenes().iter().enumerate() {
         let rays = mixed(triangles, 1000, number as u64);
-        let scratch = std::cell::RefCell::new(&mut scratch);
         on_every_index(triangles, |index| {
             for length in LENGTHS {
-                equals_single_rays(index, &rays[..length], &mut scratch.borrow_mut());
+                equals_single_rays(index, &rays[..length], &mut scratch);
             }
         });
     }
@@ -129,7 +128,7 @@ fn batches_beside_a_mesh_equal_single_rays() {
     for mesh in [indexed, Mesh::Triangles(&triangles)] {
         let scene = Scene::of(mesh).beside();
         let built = Built::new(IndexKind::LeanBvh, &scene, &Options::DEFAULT).expect("an index");
-        at_every_level(built.index_beside(mesh), &|index| {
+        at_every_level(built.index_beside(mesh), &mut |index| {
             equals_single_rays(index, &rays, &mut vec![0; BATCH_SCRATCH]);
         });
     }
@@ -160,9 +159,8 @@ fn any_order_of_the_rays_gives_the_same_hits() {
 fn any_scratch_gives_the_same_hits() {
     let triangles = scenes::soup(2000, 10);
     let rays = mixed(&triangles, 400, 11);
-    let memory = std::cell::RefCell::new(vec![0xa5; BATCH_SCRATCH + 64]);
+    let mut memory = vec![0xa5; BATCH_SCRATCH + 64];
     on_every_index(&triangles, |index| {
-        let mut memory = memory.borrow_mut();
         // Any alignment, exactly enough.
         for skipped in [0, 1, 4, 31, 63, 64] {
             equals_single_rays(index, &rays, &mut memory[skipped..][..BATCH_SCRATCH]);
@@ -205,14 +203,13 @@ fn entries_beyond_the_shorter_slice_are_not_written() {
     let triangles = scenes::soup(300, 13);
     let rays = mixed(&triangles, 200, 14);
     let mut scratch = vec![0; BATCH_SCRATCH];
-    let scratch = std::cell::RefCell::new(&mut scratch);
     on_every_index(&triangles, |index| {
         let untouched = Hit { u: -7.0, ..Hit::NONE };
         let mut hits = vec![untouched; 200];
-        index.closest_hits_in(&rays[..150], &mut hits, &mut scratch.borrow_mut());
+        index.closest_hits_in(&rays[..150], &mut hits, &mut scratch);
         assert!(hits[150..].iter().all(|hit| bits(hit) == bits(&untouched)));
         let mut few = vec![untouched; 100];
-        index.closest_hits_in(&rays, &mut few, &mut scratch.borrow_mut());
+        index.closest_hits_in(&rays, &mut few, &mut scratch);
         assert!(few.iter().zip(&hits).all(|(few, hit)| bits(few) == bits(hit)));
     });
 }
