@@ -2,10 +2,11 @@
 //!
 //! ```text
 //! photons 0 .. 1023 | 1024 .. 2047 | ...      chunks, of a size that does not depend on threads
-//!     begin             begin                 a state of the chunk
-//!     visit             visit                 each segment, in the order of waves
+//!     begin             begin                 makes the state of a chunk
+//!     visit             visit                 receives each segment, in the order of waves
+//!     finish            finish                completes the state
 //!        \--- in the order of the chunks ---/
-//!                  end                        the states, one after the other
+//!                  end                        receives the states, one after the other
 //! ```
 //!
 //! The photons of a chunk are traced in waves: first the rays of all photons from the lights, then the rays of all
@@ -109,6 +110,7 @@ struct Chunk<S> {
     /// Place of the chunk in its run.
     place: usize,
     photons: Range<u64>,
+    /// Number of its photons in the wave.
     count: usize,
     state: S,
 }

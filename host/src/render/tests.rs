@@ -69,7 +69,7 @@ impl Progress for Counter {
     }
 }
 
-/// What is rendered: by an index of a kind over the triangles, and one over the discs.
+/// Picture to render: estimator, photons and passes, by indices of one kind over the triangles and over the discs.
 struct Job {
     estimator: Estimator,
     kind: IndexKind,

@@ -21,10 +21,10 @@ pub struct PhotonArguments {
 }
 
 impl PhotonArguments {
-    /// Runs work on the number of threads asked for.
+    /// Runs work in a pool of `threads` threads; without a number, in the caller's pool.
     ///
     /// # Errors
-    /// The errors of the work; fails if the system refuses the threads.
+    /// The errors of the work. Fails if the system refuses the threads.
     pub fn run<T: Send>(
         &self,
         work: impl FnOnce() -> anyhow::Result<T> + Send,

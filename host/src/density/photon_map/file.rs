@@ -105,7 +105,7 @@ impl PhotonMap {
     /// Reads a map of a model from the bytes of a file called `name`.
     ///
     /// # Errors
-    /// As [`PhotonMap::load`].
+    /// If the bytes are not a photon map, are cut off, or are the map of another model.
     pub fn read(bytes: &[u8], name: &Path, model: &Model) -> Result<Self, MapFileError> {
         decode(bytes, model).map_err(|problem| MapFileError { file: name.into(), problem })
     }

@@ -42,6 +42,7 @@ impl SideLanes {
     }
 }
 
+/// Computation of the sides of all lanes.
 struct Sides<'l>(&'l mut SideLanes);
 
 impl Work for Sides<'_> {

@@ -62,8 +62,10 @@ impl Default for ShootOptions {
 /// Shoots photons through an index over the model's triangles.
 ///
 /// `progress` is called from any thread after each chunk, with the chunk's number of photons. The sum of all calls is
-/// the number of photons; without a light there are none. If the kind of index is known, pass the index itself and not a `dyn RayIndex`, so that the
-/// query is inlined into the loop.
+/// the number of photons; without a light there are none.
+///
+/// If the kind of index is known, pass the index itself and not a `dyn RayIndex`, so that the query is inlined into the
+/// loop.
 ///
 /// If the system refuses the requested threads, the caller's pool is used, with the same result.
 ///

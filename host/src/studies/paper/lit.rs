@@ -9,8 +9,10 @@ use crate::scene::builtin;
 
 /// Width and height of a picture in pixels.
 const SIZE: (u32, u32) = (960, 640);
-/// Photons of a picture; with `quick`, the second.
-const PHOTONS: [u64; 2] = [1_000_000, 100_000];
+/// Photons of a picture.
+const PHOTONS: u64 = 1_000_000;
+/// Photons of a quick picture.
+const QUICK_PHOTONS: u64 = 100_000;
 
 /// Picture of a scene, in a file.
 pub struct ScenePicture {
@@ -20,15 +22,16 @@ pub struct ScenePicture {
     pub caption: String,
 }
 
-/// Returns the names of the paper's scenes and of their figures. Of figure 4, those whose tables are asked for.
+/// Lists the scenes to render, each with the label of its figure: those of figures 2 and 3, and the parts of figure 4
+/// whose scene `is_asked` accepts.
 fn scenes(is_asked: impl Fn(&str) -> bool) -> impl Iterator<Item = (&'static str, &'static str)> {
     let tables = PRINTED.iter().map(|printed| (printed.scene, printed.label));
     let asked = tables.filter(move |(scene, _)| is_asked(scene));
     [("fig2", "2"), ("fig3", "3")].into_iter().chain(asked)
 }
 
-/// Renders the paper's scenes to files in a folder, in the caller's pool. `quick` takes few photons. Of figure 4, only
-/// the scenes that `is_asked` names.
+/// Renders the paper's scenes to PNG files in a folder, in the caller's pool: those of figures 2 and 3, and the scenes
+/// of figure 4 that `is_asked` accepts. A `quick` picture has fewer photons.
 ///
 /// # Errors
 /// If a scene cannot be indexed, or a file cannot be written.
@@ -38,7 +41,7 @@ pub fn render_scenes(
     seed: u64,
     quick: bool,
 ) -> anyhow::Result<Vec<ScenePicture>> {
-    let photons = PHOTONS[usize::from(quick)];
+    let photons = if quick { QUICK_PHOTONS } else { PHOTONS };
     let picture = |(scene, label)| {
         let model = builtin::require(scene)?.with_default_light(UpAxis::Z);
         let snapshot = Snapshot { photons, seed, up: UpAxis::Z.vector(&model), size: SIZE };
