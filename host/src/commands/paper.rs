@@ -347,7 +347,8 @@ fn print_equal_bytes(scene: &SceneTable) {
     }
     say!("{lines}");
     say!(
-        "best against best of equal bytes: {:.1}%; against grids as large as octrees with pointers: {:.1}%; in the paper: {:.1}%",
+        "best against best of equal bytes: {:.1}%; against grids as large as octrees with pointers: {:.1}%; in the \
+         paper: {:.1}%",
         scene.best_gain(),
         scene.best_pointer_gain(),
         scene.printed.best_gain()

@@ -65,7 +65,8 @@ pub struct Render {
     #[arg(long)]
     false_colour: bool,
     /// Value of the brightest false colour [auto: the 99th percentile]
-    #[arg(long, value_name = "MAX|auto", default_value = "auto", value_parser = positive_or_auto, requires = "false_colour")]
+    #[arg(long, value_name = "MAX|auto", default_value = "auto", value_parser = positive_or_auto,
+        requires = "false_colour")]
     scale: PositiveOrAuto,
     /// Logarithmic false colours over this number of decades
     #[arg(long, value_name = "DECADES", value_parser = number(0.1..=30.0), requires = "false_colour")]
@@ -76,8 +77,8 @@ pub struct Render {
     /// Lumens of a watt, for lux; 179 is that of Radiance
     #[arg(long, value_name = "LM", default_value_t = 179.0, value_parser = number(1e-3..=683.0))]
     efficacy: f32,
-    /// Gather indirect light by N rays from each point, 2 to 4096, and estimate at their ends: smoother, but N times the
-    /// estimates
+    /// Gather indirect light by N rays from each point, 2 to 4096, and estimate at their ends: smoother, but N times
+    /// the estimates
     #[arg(long, value_name = "N", value_parser = whole::<u32>(2..=4096))]
     final_gather: Option<u32>,
     /// Number of passes

@@ -39,8 +39,8 @@ pub fn philox4x32(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
 
 /// Computes [`philox4x32`] in lanes: replaces the counter of each lane by its numbers.
 ///
-/// A word is the low half of a lane of 64 bits, and the high half is arbitrary. So a product needs no shuffles: SSE2 and
-/// AVX2 multiply the low halves of such lanes.
+/// A word is the low half of a lane of 64 bits, and the high half is arbitrary. So a product needs no shuffles: SSE2
+/// and AVX2 multiply the low halves of such lanes.
 #[inline(always)]
 pub(super) fn philox_lanes(words: &mut [[u64; LANES]; 4], key: [u32; 2]) {
     const LOW: u64 = u32::MAX as u64;

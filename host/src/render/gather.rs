@@ -53,8 +53,8 @@ struct Gathered {
 }
 
 impl<'s> Gathering<'s> {
-    /// Prepares gathering by `rays` rays a point, 2 or more, in the light of a field. `point` is the number of the first
-    /// point.
+    /// Prepares gathering by `rays` rays a point, 2 or more, in the light of a field. `point` is the number of the
+    /// first point.
     ///
     /// # Errors
     /// [`EstimatorError`].
@@ -75,8 +75,8 @@ impl<'s> Gathering<'s> {
     /// Estimates the irradiance at the next points of the picture, in their order, in the caller's pool. `field` is the
     /// light at the ends.
     ///
-    /// The count is that of all photons that were found, and the radius that of the direct estimate. The standard error is
-    /// the root of the sum of two squares: the direct estimate's, and that of the mean over the rays.
+    /// The count is that of all photons that were found, and the radius that of the direct estimate. The standard error
+    /// is the root of the sum of two squares: the direct estimate's, and that of the mean over the rays.
     ///
     /// # Errors
     /// [`EstimatorError::Disc`].
@@ -145,8 +145,8 @@ impl<'s> Gathering<'s> {
     }
 }
 
-/// Returns the number of the cell of a position in a grid, in Morton's order. Cells that follow each other are near each
-/// other.
+/// Returns the number of the cell of a position in a grid, in Morton's order. Cells that follow each other are near
+/// each other.
 fn cell(receiver: &Receiver, side: f64) -> u64 {
     /// Bits of a coordinate.
     const BITS: u32 = 21;

@@ -44,8 +44,8 @@ impl Camera {
         Self { eye, right, up: upward, forward, width, height, tangent }
     }
 
-    /// Places a camera at `eye` that looks at a point. The picture's width is `field_of_view` degrees, between 0 and 180.
-    /// `None` if the point is at the eye or straight above or below it, or a number is not finite.
+    /// Places a camera at `eye` that looks at a point. The picture's width is `field_of_view` degrees, between 0 and
+    /// 180. `None` if the point is at the eye or straight above or below it, or a number is not finite.
     pub fn at(
         eye: Vec3,
         look_at: Vec3,

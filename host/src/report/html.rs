@@ -12,18 +12,23 @@ use crate::files::output::write_file;
 
 /// Style sheet. Colours follow the reader's choice of light or dark; wide tables scroll in their own box.
 const STYLE: &str = "\
-:root{color-scheme:light dark;--paper:#fbfbf9;--card:#fff;--ink:#22252b;--faint:#6a7078;--line:#dcdcd6;--good:#14713a;--bad:#a8301f}\
-@media(prefers-color-scheme:dark){:root{--paper:#16181c;--card:#1f2228;--ink:#e4e4e0;--faint:#9aa0a8;--line:#3a3e46;--good:#6fd093;--bad:#f08a78}}\
+:root{color-scheme:light dark;--paper:#fbfbf9;--card:#fff;--ink:#22252b;--faint:#6a7078;--line:#dcdcd6;\
+--good:#14713a;--bad:#a8301f}\
+@media(prefers-color-scheme:dark){:root{--paper:#16181c;--card:#1f2228;--ink:#e4e4e0;--faint:#9aa0a8;--line:#3a3e46;\
+--good:#6fd093;--bad:#f08a78}}\
 *{box-sizing:border-box}\
-body{margin:0 auto;padding:1.2rem clamp(.8rem,3vw,2.5rem) 4rem;max-width:1500px;background:var(--paper);color:var(--ink);font:16px/1.5 system-ui,sans-serif}\
-h1{font-size:1.7rem;line-height:1.2;margin:.4em 0}h2{margin:2.2em 0 .4em;padding-top:.5em;border-top:1px solid var(--line);font-size:1.3rem}\
+body{margin:0 auto;padding:1.2rem clamp(.8rem,3vw,2.5rem) 4rem;max-width:1500px;background:var(--paper);\
+color:var(--ink);font:16px/1.5 system-ui,sans-serif}\
+h1{font-size:1.7rem;line-height:1.2;margin:.4em 0}\
+h2{margin:2.2em 0 .4em;padding-top:.5em;border-top:1px solid var(--line);font-size:1.3rem}\
 h3{font-size:1rem;margin:.2em 0 .5em}p{max-width:75ch}\
 .note{color:var(--faint);font-size:.86rem;overflow-wrap:anywhere}\
 .grid{display:grid;gap:1rem;grid-template-columns:repeat(auto-fill,minmax(min(100%,27rem),1fr));margin:1rem 0}\
 figure,.card{margin:0;padding:.8rem;background:var(--card);border:1px solid var(--line);border-radius:8px;min-width:0}\
 figure img{width:100%;height:auto;display:block;border-radius:4px}\
 svg{width:100%;height:auto;display:block}\
-svg line{stroke:var(--line)}svg line.zero{stroke:var(--ink)}svg text{fill:var(--faint);font-size:11.5px}svg text.label{fill:var(--ink);font-size:12.5px}\
+svg line{stroke:var(--line)}svg line.zero{stroke:var(--ink)}\
+svg text{fill:var(--faint);font-size:11.5px}svg text.label{fill:var(--ink);font-size:12.5px}\
 svg polyline{fill:none;stroke-width:2}\
 figcaption{font-size:.82rem;line-height:1.7}figcaption span{white-space:nowrap;margin-right:.9em}\
 figcaption i{display:inline-block;width:1.6em;vertical-align:middle;margin-right:.35em}\

@@ -128,7 +128,8 @@ pub fn lines(fits: &[(IndexKind, Weights)]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{:<14} const WEIGHTS: Weights = Weights {{ ray: {ray:.1}, node: {node:.1}, test: {test:.1} }}; // +-{:.0}%",
+            "{:<14} const WEIGHTS: Weights = Weights {{ ray: {ray:.1}, node: {node:.1}, \
+             test: {test:.1} }}; // +-{:.0}%",
             kind.family(),
             error * 100.0
         );

@@ -52,7 +52,8 @@ fn models() -> Vec<Model> {
 /// If two indices do not agree.
 pub fn lines() -> anyhow::Result<String> {
     let mut text = String::from(
-        "Equal on every machine: bytes, nodes visited and triangle tests of photons' rays, and a digest of their hits.\n\
+        "Equal on every machine: bytes, nodes visited and triangle tests of photons' rays, and a digest of their \
+         hits.\n\
          Columns: index, bytes, clusters, deepest level, photons, closest-hit nodes and tests, occlusion nodes and \
          tests.\n",
     );

@@ -2,8 +2,8 @@
 
 use super::Photon;
 
-/// Most photons of a run that is not divided further: few enough that most of them are near a point that reaches the run,
-/// and enough that a search skips the last levels of the tree, which cost more than they save.
+/// Most photons of a run that is not divided further: few enough that most of them are near a point that reaches the
+/// run, and enough that a search skips the last levels of the tree, which cost more than they save.
 pub const LEAF: usize = 12;
 /// Photons of a run below which both halves are ordered by the same thread.
 const ALONE: usize = 1 << 13;

@@ -13,8 +13,8 @@
 //! 0 ....... threshold 0 .... threshold 1 ..... 2^32       rounded down
 //! ```
 //!
-//! A triangle is geometry, which a parallelogram is not. A photon departs from it as after a hit, so it does not hit the
-//! triangle that emitted it.
+//! A triangle is geometry, which a parallelogram is not. A photon departs from it as after a hit, so it does not hit
+//! the triangle that emitted it.
 //!
 //! Only `+ - * / sqrt` are used on `f64`, so the bits are the same on every target.
 

@@ -109,7 +109,8 @@ impl EmissionLanes {
     }
 
     /// Returns the ray of a lane, its weight and its place in the random numbers, as
-    /// [`Tracer::emit`](crate::photon::Tracer::emit) does; `None` if its light is not a usual one, or the ray not valid.
+    /// [`Tracer::emit`](crate::photon::Tracer::emit) does; `None` if its light is not a usual one, or the ray not
+    /// valid.
     #[inline(always)]
     pub fn photon(&self, lane: usize) -> Option<(Ray, [f32; 3], Place)> {
         let light = self.lights.get(usize::from(self.light_of[lane]))?;

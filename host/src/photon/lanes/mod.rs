@@ -6,8 +6,8 @@
 //! ```
 //!
 //! The problem: a photon needs some 300 dependent operations, a third of them for random numbers, and takes a branch
-//! that no processor can predict for each point that it draws. The idea: the same operations on arrays, in loops without
-//! a branch, which the compiler turns into vector instructions. The arithmetic is that of `emission`, `offset`,
+//! that no processor can predict for each point that it draws. The idea: the same operations on arrays, in loops
+//! without a branch, which the compiler turns into vector instructions. The arithmetic is that of `emission`, `offset`,
 //! `hemisphere` and `side`, whose functions the loops call, so the bits are the same.
 //!
 //! The usual case: a light that is a parallelogram, a point away from the triangle's edges, a direction that certainly

@@ -15,8 +15,8 @@ use crate::render::film::{Film, Pixel};
 /// Writes the values of a film, in watts: as `OpenEXR` if the name ends in .exr, else as PFM.
 ///
 /// Channels of the EXR file: `R G B` are radiance; `irradiance.R`, `.G` and `.B`; `count` (u32), `radius`, `depth.Z`,
-/// `triangle` (u32) and `stderr`. Without a hit, the depth is infinite and the triangle 4294967295. The PFM file has red,
-/// green and blue of the look's quantity, its rows from the bottom up, little-endian.
+/// `triangle` (u32) and `stderr`. Without a hit, the depth is infinite and the triangle 4294967295. The PFM file has
+/// red, green and blue of the look's quantity, its rows from the bottom up, little-endian.
 ///
 /// # Errors
 /// If the file cannot be written.

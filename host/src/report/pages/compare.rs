@@ -239,11 +239,12 @@ fn line(kind: IndexKind, points: Vec<(f64, f64)>) -> Series {
 fn levels_section(page: &mut Page, levels: &[LevelCheck]) {
     page.heading("How good the automatic choices are");
     page.paragraph(
-        "Levels from 0 to 12 and 18 densities of cells were tried, until one cost 1.5 times the cheapest before it; the \
-         four cheapest were timed. Cost: nodes and tests a ray, weighted by the index's cost model. Gain: below 0 where the automatic \
-         choice costs more than the best of all, in percent of the best; above 0 where it is better than all others. \
-         Times take turns, and the gain is the median over the rounds. With a level given, leaves hold up to 12 triangles; automatic kd-trees divide as long as it pays, \
-         and may cost less than any level.",
+        "Levels from 0 to 12 and 18 densities of cells were tried, until one cost 1.5 times the cheapest before it; \
+         the four cheapest were timed. Cost: nodes and tests a ray, weighted by the index's cost model. Gain: below 0 \
+         where the automatic choice costs more than the best of all, in percent of the best; above 0 where it is \
+         better than all others. Times take turns, and the gain is the median over the rounds. With a level given, \
+         leaves hold up to 12 triangles; automatic kd-trees divide as long as it pays, and may cost less than any \
+         level.",
     );
     let choice = |one: &Measurement| match one.case.setting.strip_suffix(" cells per triangle") {
         Some(density) => density.to_owned(),

@@ -43,18 +43,19 @@ pub fn paper_page(evidence: &PaperEvidence<'_>) -> anyhow::Result<Page> {
     page.paragraph(
         "N. Aguilera, J. Revelles, M. Lastra, R. Montes, R. J. García: Representaciones Espaciales Para Escenas \
          Constituidas Mediante Agrupaciones de Objetos. For a reader who has the paper at hand: first its scenes, lit; \
-         then its tables 1 to 3, row by row, each number beside ours; then the same tables by bytes; then its figure 3.",
+         then its tables 1 to 3, row by row, each number beside ours; then the same tables by bytes; then its figure \
+         3.",
     );
     page.paragraph(
-        "Every index gives the same hits, bit for bit; that was checked on these rays before they were timed. Times are \
-         processor times of one thread: medians of repetitions in turns. A gain is the paper's: the time saved, as a share \
-         of the slower index's time. It is above 0 where the octrees or the hierarchy are faster.",
+        "Every index gives the same hits, bit for bit; that was checked on these rays before they were timed. Times \
+         are processor times of one thread: medians of repetitions in turns. A gain is the paper's: the time saved, as \
+         a share of the slower index's time. It is above 0 where the octrees or the hierarchy are faster.",
     );
     page.note(&format!("{}. {}", evidence.command, evidence.provenance.line()));
     page.heading("The scenes, lit by photons");
     page.paragraph(
-        "The density of photons gives the light on the surfaces, by the method of three of the paper's authors. The 99th \
-         percentile of the radiance is white. The paper gives no coordinates, so positions are ours.",
+        "The density of photons gives the light on the surfaces, by the method of three of the paper's authors. The \
+         99th percentile of the radiance is white. The paper gives no coordinates, so positions are ours.",
     );
     page.pictures(evidence.lit.iter().map(|lit| (lit.path.as_path(), lit.caption.clone())))?;
     tables_section(&mut page, evidence.tables);

@@ -11,8 +11,8 @@ use crate::studies::paper::equal_bytes_tables::{LEVELS, LevelRow, SceneTable};
 pub fn equal_bytes_section(page: &mut Page, tables: &[SceneTable]) {
     page.heading("The same question by bytes: grids of the size of the octrees");
     page.paragraph(
-        "The paper's grids have the memory of its octrees. Here each grid has the bytes of our octree, with leaves of up \
-         to 12 triangles: first as our octrees are stored, then as an octree with pointers would be.",
+        "The paper's grids have the memory of its octrees. Here each grid has the bytes of our octree, with leaves of \
+         up to 12 triangles: first as our octrees are stored, then as an octree with pointers would be.",
     );
     summary(page, tables);
     page.plots(&[

@@ -41,11 +41,11 @@ fn levels(page: &mut Page, figure3: &Figure3) {
     if let Some((hierarchy, single)) = figure3.finished() {
         let most = figure3.gains().map(|(_, gain)| gain).fold(f64::NEG_INFINITY, f64::max);
         page.paragraph(&format!(
-            "Level for level the hierarchy saves up to {most:.0}% of the time (the paper: up to {PUBLISHED_GAIN}%), and \
-             it is finished at level {HIERARCHY_LEVEL} with {} bytes beside the triangles. The single octree needs level \
-             {SINGLE_LEVEL} and {} bytes, {:.0} times as many. Both finished, the hierarchy visits {:.1} nodes and tests \
-             {:.1} triangles a ray, the single octree {:.1} and {:.1}, and of the time the hierarchy {}. An empty cell is \
-             not a node here: it is a bit that is not set, and costs neither memory nor a visit.",
+            "Level for level the hierarchy saves up to {most:.0}% of the time (the paper: up to {PUBLISHED_GAIN}%), \
+             and it is finished at level {HIERARCHY_LEVEL} with {} bytes beside the triangles. The single octree needs \
+             level {SINGLE_LEVEL} and {} bytes, {:.0} times as many. Both finished, the hierarchy visits {:.1} nodes \
+             and tests {:.1} triangles a ray, the single octree {:.1} and {:.1}, and of the time the hierarchy {}. An \
+             empty cell is not a node here: it is a bit that is not set, and costs neither memory nor a visit.",
             hierarchy.subdivision_bytes,
             single.subdivision_bytes,
             single.subdivision_bytes as f64 / hierarchy.subdivision_bytes as f64,
@@ -88,11 +88,11 @@ fn levels(page: &mut Page, figure3: &Figure3) {
 
 fn distances(page: &mut Page, apart: &[ApartRow]) {
     page.paragraph(&format!(
-        "Figure 3 again, with the clusters closer and further apart, each tree at the level at which no leaf has more than \
-         12 triangles. The paper saves up to {PUBLISHED_GAIN}%, with a single octree of level {SINGLE_LEVEL}. It does not say \
-         how far the clusters are apart, nor which sides of a cell are halved. Its tables suggest every side on every level, which \
-         keeps cells in proportion to the box of the scene; that is measured, and beside it an octree that halves only the \
-         longest sides, so that its cells become nearly cubic. {}",
+        "Figure 3 again, with the clusters closer and further apart, each tree at the level at which no leaf has more \
+         than 12 triangles. The paper saves up to {PUBLISHED_GAIN}%, with a single octree of level {SINGLE_LEVEL}. It \
+         does not say how far the clusters are apart, nor which sides of a cell are halved. Its tables suggest every \
+         side on every level, which keeps cells in proportion to the box of the scene; that is measured, and beside it \
+         an octree that halves only the longest sides, so that its cells become nearly cubic. {}",
         outcome(apart)
     ));
     let line = |label: &str, colour, gain: fn(&ApartRow) -> Option<f64>| Series {
@@ -147,11 +147,12 @@ fn distances(page: &mut Page, apart: &[ApartRow]) {
         cells
     };
     page.table(
-        "The hierarchy, a single octree with nearly cubic cells, one with cells in proportion to the scene. Nodes and tests \
-         are per ray, times in microseconds a photon, bytes beside the triangles. *: some leaves have more than 12 triangles, \
-         because the division ends at 4,096 references a triangle",
+        "The hierarchy, a single octree with nearly cubic cells, one with cells in proportion to the scene. Nodes and \
+         tests are per ray, times in microseconds a photon, bytes beside the triangles. *: some leaves have more than \
+         12 triangles, because the division ends at 4,096 references a triangle",
         &[
-            "gap", "level", "us", "nodes", "tests", "bytes", "nearly cubic: level", "us", "nodes", "tests", "bytes", "gain",
+            "gap", "level", "us", "nodes", "tests", "bytes",
+            "nearly cubic: level", "us", "nodes", "tests", "bytes", "gain",
             "in proportion: level", "us", "nodes", "tests", "bytes", "gain",
         ],
         &apart.iter().map(cells).collect::<Vec<_>>(),
@@ -163,9 +164,9 @@ fn outcome(apart: &[ApartRow]) -> String {
     let mut said = Vec::new();
     if let Some((first, last)) = apart.first().zip(apart.last()) {
         said.push(format!(
-            "Against an octree with nearly cubic cells the gain grows slowly, from {:.0}% at {} sizes to {:.0}% at {}. In the \
-             clusters its cells are like those of the hierarchy, whatever the distance; a ray only pays the way down from \
-             the root, {:.1} nodes instead of {:.1}, because an empty cell is not a node here.",
+            "Against an octree with nearly cubic cells the gain grows slowly, from {:.0}% at {} sizes to {:.0}% at {}. \
+             In the clusters its cells are like those of the hierarchy, whatever the distance; a ray only pays the way \
+             down from the root, {:.1} nodes instead of {:.1}, because an empty cell is not a node here.",
             first.cubic_gain(),
             number(first.gap),
             last.cubic_gain(),

@@ -12,16 +12,16 @@ pub fn tables_section(page: &mut Page, tables: &[ProtocolTable]) {
     let costs = Costs::fit(tables);
     page.heading("Tables 1 to 3, as printed");
     page.paragraph(
-        "Each row of the paper's tables names the level of the octrees and, as \"Nivel Grid\", the cells on each axis of the \
-         grid in every cluster. Both are built here with exactly these numbers. Level 2 of 4(a) and 4(b) is empty in the \
-         paper, so it has no row.",
+        "Each row of the paper's tables names the level of the octrees and, as \"Nivel Grid\", the cells on each axis \
+         of the grid in every cluster. Both are built here with exactly these numbers. Level 2 of 4(a) and 4(b) is \
+         empty in the paper, so it has no row.",
     );
     page.paragraph(
-        "The paper does not say how full a leaf may be in these tables; the 12 triangles of figure 3 belong to that scene. \
-         Its grids have the memory of its octrees, and grow with every level by a factor of 2 to 5. With 12 triangles a \
-         leaf an octree over a teapot stops growing at level 8, because no more than about six triangles meet at a corner. \
-         Two meet along every edge, so with 1 triangle a leaf it goes on, as the paper's did. Both are measured, \
-         on the same photons as the grids and in turns with them.",
+        "The paper does not say how full a leaf may be in these tables; the 12 triangles of figure 3 belong to that \
+         scene. Its grids have the memory of its octrees, and grow with every level by a factor of 2 to 5. With 12 \
+         triangles a leaf an octree over a teapot stops growing at level 8, because no more than about six triangles \
+         meet at a corner. Two meet along every edge, so with 1 triangle a leaf it goes on, as the paper's did. Both \
+         are measured, on the same photons as the grids and in turns with them.",
     );
     best(page, tables);
     page.paragraph(&fitted(&costs));
@@ -71,8 +71,9 @@ fn best(page: &mut Page, tables: &[ProtocolTable]) {
         Some(cells)
     });
     page.table(
-        "Best against best: the fastest octrees at their level, the fastest grids at their cells on an axis. The octrees win \
-         every level from the one given on. Paper: seconds for its photons; ours: seconds for a million photons",
+        "Best against best: the fastest octrees at their level, the fastest grids at their cells on an axis. The \
+         octrees win every level from the one given on. Paper: seconds for its photons; ours: seconds for a million \
+         photons",
         &[
             "scene",
             "clusters",
@@ -96,10 +97,10 @@ fn best(page: &mut Page, tables: &[ProtocolTable]) {
 fn fitted(costs: &Costs) -> String {
     let Costs { octree, grid } = costs;
     format!(
-        "Fitted to the rows of this run: an octree hierarchy with leaves of 12 takes {:.0} ns a ray, {:.0} ns a node and \
-         {:.0} ns a test (within {:.0}%); a grid hierarchy {:.0} ns a ray, {:.0} ns a cell and {:.0} ns a test (within \
-         {:.0}%). The reasons below are reckoned with these. Octrees with leaves of 1 take more than that at deep levels, where \
-         they no longer fit into the caches.",
+        "Fitted to the rows of this run: an octree hierarchy with leaves of 12 takes {:.0} ns a ray, {:.0} ns a node \
+         and {:.0} ns a test (within {:.0}%); a grid hierarchy {:.0} ns a ray, {:.0} ns a cell and {:.0} ns a test \
+         (within {:.0}%). The reasons below are reckoned with these. Octrees with leaves of 1 take more than that at \
+         deep levels, where they no longer fit into the caches.",
         octree.ray,
         octree.node,
         octree.test,
@@ -117,8 +118,8 @@ fn tally(tables: &[ProtocolTable], which: usize, capacity: u32, costs: &Costs) -
     let verdicts: Vec<Verdict> = rows.map(|row| Verdict::of(row, which, costs)).collect();
     let count = |is: fn(&Verdict) -> bool| verdicts.iter().filter(|verdict| is(verdict)).count();
     format!(
-        "Leaves of {capacity}: {} of {} rows have the paper's sign, {} more are undecided in the paper (within {UNDECIDED:.0}% \
-         of zero); {} rows are within {NEAR:.0} points of the paper's gain.",
+        "Leaves of {capacity}: {} of {} rows have the paper's sign, {} more are undecided in the paper (within \
+         {UNDECIDED:.0}% of zero); {} rows are within {NEAR:.0} points of the paper's gain.",
         count(|verdict| verdict.same_sign),
         verdicts.len(),
         count(|verdict| !verdict.same_sign && verdict.undecided),
@@ -170,8 +171,9 @@ fn gains(page: &mut Page, table: &ProtocolTable, costs: &Costs) {
     };
     page.table(
         &format!(
-            "Figure {}, {} clusters: times and gains. Paper: seconds for its photons; ours: seconds for a million photons. \
-             The verdict is on our gain and the paper's: the same sign, and within {NEAR:.0} points or how many more or less",
+            "Figure {}, {} clusters: times and gains. Paper: seconds for its photons; ours: seconds for a million \
+             photons. The verdict is on our gain and the paper's: the same sign, and within {NEAR:.0} points or how \
+             many more or less",
             table.printed.label, table.cluster_count
         ),
         &[
@@ -207,8 +209,8 @@ fn counters(page: &mut Page, table: &ProtocolTable) {
     };
     page.table(
         &format!(
-            "Figure {}: counters. Nodes, cells and tests are per ray, not per photon; nodes of the cluster tree are included. \
-             Bytes are beside the triangles",
+            "Figure {}: counters. Nodes, cells and tests are per ray, not per photon; nodes of the cluster tree are \
+             included. Bytes are beside the triangles",
             table.printed.label
         ),
         &[
@@ -243,10 +245,11 @@ fn same_cells(tables: &[ProtocolTable]) -> String {
         said.push(format!("{} {}", table.printed.label, each.collect::<Vec<_>>().join(", ")));
     }
     format!(
-        "Every side of a cell is halved on every level, so octrees and grids of a cluster divide the same box. At levels 1 and 3 \
-         the printed grids have as many cells on an axis as the octrees, 2 and 8: the cells are the same, and so are the \
-         tests, but for empty cells that are not divided. The paper's octrees lose little there, so their cells most likely \
-         had the proportions of the box, too. Tests of our octrees as a multiple of the grids': {}.",
+        "Every side of a cell is halved on every level, so octrees and grids of a cluster divide the same box. At \
+         levels 1 and 3 the printed grids have as many cells on an axis as the octrees, 2 and 8: the cells are the \
+         same, and so are the tests, but for empty cells that are not divided. The paper's octrees lose little there, \
+         so their cells most likely had the proportions of the box, too. Tests of our octrees as a multiple of the \
+         grids': {}.",
         said.join("; ")
     )
 }

@@ -19,8 +19,8 @@ pub fn saves_or_loses(gain: f64) -> String {
 pub fn differences(tables: &[SceneTable]) -> Vec<String> {
     let line = |table: &SceneTable| {
         format!(
-            "{}: against grids of the same size {}; against grids as large as octrees with pointers {}. The paper: grids \
-             win levels 1 to {LAST_LEVEL_OF_GRIDS}, then octrees, by up to {DEEP_GAIN}%.",
+            "{}: against grids of the same size {}; against grids as large as octrees with pointers {}. The paper: \
+             grids win levels 1 to {LAST_LEVEL_OF_GRIDS}, then octrees, by up to {DEEP_GAIN}%.",
             table.printed.label,
             who_wins(table, LevelRow::gain),
             who_wins(table, LevelRow::pointer_gain),
@@ -50,10 +50,10 @@ fn who_wins(table: &SceneTable, gain: fn(&LevelRow) -> f64) -> String {
 /// Writes the reasons for the differences, from the counters.
 pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
     let mut points = vec![
-        "Equal memory depends on how an octree is stored, which the paper does not say. Our octrees store a link to each \
-         cell that is not empty, our grids a bit for each that is; both have contiguous lists. So a grid of the same \
-         size has about the density at which grids are fastest. In an octree with pointers all eight children exist, \
-         with eight links each, and lists are linked; a grid of that size has several times as many cells."
+        "Equal memory depends on how an octree is stored, which the paper does not say. Our octrees store a link to \
+         each cell that is not empty, our grids a bit for each that is; both have contiguous lists. So a grid of the \
+         same size has about the density at which grids are fastest. In an octree with pointers all eight children \
+         exist, with eight links each, and lists are linked; a grid of that size has several times as many cells."
             .to_owned(),
     ];
     for table in tables {
@@ -62,9 +62,9 @@ pub fn reasons(tables: &[SceneTable]) -> Vec<String> {
         };
         let factor = last.pointer_bytes as f64 / last.octree.subdivision_bytes as f64;
         points.push(format!(
-            "{}, level {}: {:.1} nodes and {:.1} tests a ray in the octrees; {:.1} and {:.1} in grids of the same size; {:.1} \
-             and {:.1} in grids {factor:.1} times as large. {} Level {}: \
-             {:.0} tests in the octrees, {:.0} in grids of the same size, {:.0} in large grids.",
+            "{}, level {}: {:.1} nodes and {:.1} tests a ray in the octrees; {:.1} and {:.1} in grids of the same \
+             size; {:.1} and {:.1} in grids {factor:.1} times as large. {} Level {}: {:.0} tests in the octrees, {:.0} \
+             in grids of the same size, {:.0} in large grids.",
             table.printed.label,
             last.level,
             last.octree.nodes_per_ray(),

@@ -12,10 +12,11 @@ const COORDINATE_OF_TOUCHING: f64 = 0.3;
 pub fn separation_section(page: &mut Page, rows: &[SeparationRow]) {
     page.heading("Gain against separation");
     page.paragraph(
-        "Figure 3's clusters, from touching to 10,000 times their size apart. Every index is built with default options, \
-         over the whole scene and in each cluster. Counters: nodes and tests, weighted by the cost model. Memory: bytes \
-         beside the triangles, or all bytes of an index that stores triangles in its own form. Savings are relative to \
-         the worse of the two; below 0 the hierarchy loses. Touching clusters form one cluster, so nothing is gained.",
+        "Figure 3's clusters, from touching to 10,000 times their size apart. Every index is built with default \
+         options, over the whole scene and in each cluster. Counters: nodes and tests, weighted by the cost model. \
+         Memory: bytes beside the triangles, or all bytes of an index that stores triangles in its own form. Savings \
+         are relative to the worse of the two; below 0 the hierarchy loses. Touching clusters form one cluster, so \
+         nothing is gained.",
     );
     page.plots(&[
         plot(rows, "Time saved by the hierarchy", |gains| gains.time),

@@ -51,7 +51,8 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
     binary_ply.extend(numbers[3..].iter().flat_map(|x| x.to_le_bytes()));
     binary_ply.push(3);
     binary_ply.extend([0_i32, 1, 2].iter().flat_map(|x| x.to_le_bytes()));
-    let gltf = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    let gltf = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
         "bufferViews":[{"buffer":0,"byteLength":36}],
         "buffers":[{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;

@@ -58,9 +58,9 @@ pub fn fig2() -> Model {
 /// - Hierarchy: cubes have side 1 and gaps of 1/8, so a cluster has side 71/8 and its cells at level 3 have side 71/64.
 ///   Cube `i` along an axis spans `9i/8` to `9i/8 + 1`. It lies in cell `i`, which begins at `71i/64`. Each cell of
 ///   level 3 holds one cube, 12 triangles; each cell of level 2 holds 8 cubes.
-/// - Single octree: the root cell is 100 x 71/8 x 71/8. The default halves its length alone until it is at most three times
-///   its height. The cells of level 7 are 0.78 long and 0.28 high: they reach into two cubes along x at most, of which
-///   each has fewer than 12 triangles in them.
+/// - Single octree: the root cell is 100 x 71/8 x 71/8. The default halves its length alone until it is at most three
+///   times its height. The cells of level 7 are 0.78 long and 0.28 high: they reach into two cubes along x at most, of
+///   which each has fewer than 12 triangles in them.
 pub fn fig3() -> Model {
     const PITCH: f32 = 1.125;
     const SIDE: f32 = 7.0 * PITCH + 1.0;
@@ -94,15 +94,15 @@ const STEP: f32 = 4.04;
 
 /// Makes figure 4(a): a floor and a pile of five teapots; 2 clusters.
 ///
-/// Two teapots stand side by side, two lie across on their lids, and the fifth lies on the lids of these. A teapot's body
-/// is round, so the heights at which the upper ones rest follow from its radius: with axes 2.83 apart bodies touch at
-/// 2.43, with axes 2 apart at 2.80. The pile keeps 0.01 of distance, less than the gap up to which triangles join one
-/// cluster.
+/// Two teapots stand side by side, two lie across on their lids, and the fifth lies on the lids of these. A teapot's
+/// body is round, so the heights at which the upper ones rest follow from its radius: with axes 2.83 apart bodies touch
+/// at 2.43, with axes 2 apart at 2.80. The pile keeps 0.01 of distance, less than the gap up to which triangles join
+/// one cluster.
 ///
-/// The paper does not say where the teapots stand. With cells in proportion to the box of the cluster it matters little: at
-/// levels 1 and 3 the octrees make exactly the tests of the grids, in every arrangement. Tests of the octrees as a multiple
-/// of the grids' at levels 1, 3, 4 and 5, and the gain in percent (3,000 photons, fastest of seven rounds, leaves of 1
-/// triangle):
+/// The paper does not say where the teapots stand. With cells in proportion to the box of the cluster it matters
+/// little: at levels 1 and 3 the octrees make exactly the tests of the grids, in every arrangement. Tests of the
+/// octrees as a multiple of the grids' at levels 1, 3, 4 and 5, and the gain in percent (3,000 photons, fastest of
+/// seven rounds, leaves of 1 triangle):
 ///
 /// | arrangement | tests | gain |
 /// |---|---|---|
@@ -111,8 +111,8 @@ const STEP: f32 = 4.04;
 /// | a cross | 1.00, 1.00, 0.79, 0.55 | 0, +2, +3, +2 |
 /// | a row | 1.00, 1.00, 0.80, 0.56 | 0, -3, -1, -12 |
 ///
-/// A smaller floor would not be a cluster of its own: with a side of 20 its triangles are as large as a teapot's, and it is
-/// in one cluster with the teapots.
+/// A smaller floor would not be a cluster of its own: with a side of 20 its triangles are as large as a teapot's, and
+/// it is in one cluster with the teapots.
 pub fn fig4a() -> Model {
     const BESIDE: f32 = 2.005;
     const ACROSS: f32 = 2.44;

@@ -151,8 +151,8 @@ pub fn run(
     let model = builtin::require(printed.scene)?;
     let workload = verified_workload(&model, effort)?;
 
-    // 1. The octrees, until they stop growing, and the grids of their sizes. Nothing is timed yet, so all processors may
-    // build and search.
+    // 1. The octrees, until they stop growing, and the grids of their sizes. Nothing is timed yet, so all processors
+    // may build and search.
     let levels: Vec<u32> = LEVELS.collect();
     let octrees = levels.par_iter().map(|&level| LevelOctree::at(&model, level));
     let octrees = octrees.collect::<anyhow::Result<Vec<_>>>()?;

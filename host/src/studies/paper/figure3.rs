@@ -1,8 +1,8 @@
 //! The paper's figure 3: one octree over two distant clusters against one in each.
 //!
-//! The paper's hierarchy needs level 3 and its single octree level 10, so that no leaf has more than 12 triangles. It does not
-//! say how far the clusters are apart. With every side of a cell halved on every level, as [`super::protocol`] has it, the
-//! single octree needs level 10 where they are 126 sizes apart, and that is where both are measured.
+//! The paper's hierarchy needs level 3 and its single octree level 10, so that no leaf has more than 12 triangles. It
+//! does not say how far the clusters are apart. With every side of a cell halved on every level, as [`super::protocol`]
+//! has it, the single octree needs level 10 where they are 126 sizes apart, and that is where both are measured.
 
 use arboleda::IndexKind;
 
@@ -76,11 +76,11 @@ pub fn run(effort: &Effort, progress: Tick<'_>) -> anyhow::Result<Figure3> {
     Ok(Figure3 { gap, hierarchy, single })
 }
 
-/// Makes figure 3 with its clusters so far apart that the scene is about `length` times as long as a cluster, and returns
-/// their gap as a multiple of their size.
+/// Makes figure 3 with its clusters so far apart that the scene is about `length` times as long as a cluster, and
+/// returns their gap as a multiple of their size.
 ///
-/// The scene is 0.3 sizes shorter. With a length that is a power of two, cells and clusters would otherwise begin at the same
-/// planes at each level, which is the best of all cases for an octree, and no more likely than any.
+/// The scene is 0.3 sizes shorter. With a length that is a power of two, cells and clusters would otherwise begin at
+/// the same planes at each level, which is the best of all cases for an octree, and no more likely than any.
 pub fn clusters(length: u16) -> (Model, f64) {
     let size = cluster_size();
     let shift = size * (f32::from(length) - 1.0) - SHORTER;

@@ -1,8 +1,8 @@
 //! Figure 3 with its clusters further apart: the hierarchy against a single octree, each at the level it needs.
 //!
-//! A tree has the level it needs when no leaf has more than 12 triangles. The hierarchy needs level 3 at any distance. A
-//! single octree needs more levels the further the clusters are apart. Two of them are measured; both begin with the box of
-//! the scene:
+//! A tree has the level it needs when no leaf has more than 12 triangles. The hierarchy needs level 3 at any distance.
+//! A single octree needs more levels the further the clusters are apart. Two of them are measured; both begin with the
+//! box of the scene:
 //!
 //! ```text
 //! cells in proportion: every side is halved on every level,     +----+----+----+----+
@@ -53,7 +53,8 @@ pub struct ApartRow {
     pub hierarchy: Finished,
     /// One octree with nearly cubic cells.
     pub cubic: Finished,
-    /// One octree with cells in proportion to the scene; `None` at gaps beyond the first at which the paper's gain is met.
+    /// One octree with cells in proportion to the scene; `None` at gaps beyond the first at which the paper's gain is
+    /// met.
     pub in_proportion: Option<Finished>,
 }
 

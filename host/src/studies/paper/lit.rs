@@ -50,8 +50,8 @@ pub fn render_scenes(
         paint(&film, &Look::default()).save(&path)?;
         let caption = format!(
             "Figure {label}: {} triangles, {photons} photons of {} W in all, {} hits. By density estimation on the \
-             tangent plane: {} estimates in visible parts of discs of radius {radius:.3}. arboleda render --scene {scene} \
-             --up z --photons {photons} --seed {seed} --size {} {} --out {scene}.png",
+             tangent plane: {} estimates in visible parts of discs of radius {radius:.3}. arboleda render --scene \
+             {scene} --up z --photons {photons} --seed {seed} --size {} {} --out {scene}.png",
             model.triangles.len(),
             summary.balance.total_flux,
             summary.balance.hits,

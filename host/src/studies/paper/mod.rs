@@ -5,7 +5,7 @@
 //! protocol -> verdict, table_file    the same rows measured, and how far they agree
 //! equal_bytes -> equal_bytes_tables  other grids: of the octrees' bytes
 //! lit                                the scenes in the light of photons
-//! figure3, figure3_apart             a single octree against a hierarchy: level by level, and as the clusters move apart
+//! figure3, figure3_apart             a single octree against a hierarchy: by level, and as the clusters move apart
 //! ```
 
 pub mod equal_bytes;

@@ -5,13 +5,13 @@
 //!                            octree hierarchy, level L, leaves of 12 } the same photons, in turns
 //!                            grid hierarchy, n x n x n cells         }
 //! ```
-//! The paper names 12 triangles a leaf for figure 3 only. Its grids have the memory of its octrees, so `n^3` says how the
-//! octrees grew: by 2 to 5 times a level, for ever. With 12 triangles a leaf an octree over a teapot stops growing at level
-//! 8, because no more than about six triangles meet at a corner; two meet along every edge, so with leaves of one
-//! triangle it goes on. So the tables were most likely made with leaves of one triangle. Both are measured.
+//! The paper names 12 triangles a leaf for figure 3 only. Its grids have the memory of its octrees, so `n^3` says how
+//! the octrees grew: by 2 to 5 times a level, for ever. With 12 triangles a leaf an octree over a teapot stops growing
+//! at level 8, because no more than about six triangles meet at a corner; two meet along every edge, so with leaves of
+//! one triangle it goes on. So the tables were most likely made with leaves of one triangle. Both are measured.
 //!
-//! Every side of a cell is halved on every level, so an octree of level L has the cells of a grid of 2^L cells an axis. The
-//! paper's have: where a grid has as many, at levels 1 and 3, its octrees take little longer than the grids.
+//! Every side of a cell is halved on every level, so an octree of level L has the cells of a grid of 2^L cells an axis.
+//! The paper's have: where a grid has as many, at levels 1 and 3, its octrees take little longer than the grids.
 
 use anyhow::Context;
 use arboleda::IndexKind;

@@ -1,7 +1,7 @@
 //! The file `tables.csv`: tables 1 to 3 as measured, beside the paper's gains.
 //!
-//! A line for each scene, level and leaf capacity, in this order. The grids of a level stand in both of its lines. There
-//! is no line where the paper prints nothing, at level 2 of 4(a) and 4(b).
+//! A line for each scene, level and leaf capacity, in this order. The grids of a level stand in both of its lines.
+//! There is no line where the paper prints nothing, at level 2 of 4(a) and 4(b).
 
 use std::path::Path;
 

@@ -1,11 +1,13 @@
-//! How far a measured row agrees with the paper's, and why not further, by counters and by the time of a node and a cell.
+//! How far a measured row agrees with the paper's, and why not further, by counters and by the time of a node and a
+//! cell.
 //!
 //! The times of a ray, a node, a cell and a test are fitted to the rows of the same run. They say which node would give
-//! the paper's gain: the grids' time and the paper's gain give the time that the octrees should take; what the ray and its
-//! tests leave of it is for the nodes.
+//! the paper's gain: the grids' time and the paper's gain give the time that the octrees should take; what the ray and
+//! its tests leave of it is for the nodes.
 //!
-//! Octrees with leaves of 12 triangles and grids stay in the caches, so the times are fitted to these. Octrees with leaves of
-//! one triangle do not: at the deepest levels they have 140 MB, and take twice the time that their nodes and tests say.
+//! Octrees with leaves of 12 triangles and grids stay in the caches, so the times are fitted to these. Octrees with
+//! leaves of one triangle do not: at the deepest levels they have 140 MB, and take twice the time that their nodes and
+//! tests say.
 
 use super::protocol::{ProtocolRow, ProtocolTable};
 use crate::bench::measurement::Measurement;

@@ -119,7 +119,8 @@ fn transforms_are_applied_in_64_bits() {
 
 #[test]
 fn what_is_not_read_is_named() {
-    let draco = r#""extensionsUsed":["KHR_draco_mesh_compression"],"extensionsRequired":["KHR_draco_mesh_compression"],"asset""#;
+    let draco = r#""extensionsUsed":["KHR_draco_mesh_compression"],
+        "extensionsRequired":["KHR_draco_mesh_compression"],"asset""#;
     assert!(
         refusal(&embedded().replace(r#""asset""#, draco))
             .starts_with("extensionsRequired: KHR_draco_mesh_compression is not read; write")

@@ -41,8 +41,8 @@ use text::Reduced;
 /// Reads the bytes of an OBJ file. Messages contain the path `name`; its last part names the model; material files are
 /// read from its folder.
 ///
-/// Each `o`, and each `g` inside an `o`, is an object. A name that occurs again continues its object. A surface reflects
-/// the material's diffuse colour (`Kd`), and emits its radiance (`Ke`) on the front.
+/// Each `o`, and each `g` inside an `o`, is an object. A name that occurs again continues its object. A surface
+/// reflects the material's diffuse colour (`Kd`), and emits its radiance (`Ke`) on the front.
 ///
 /// # Errors
 /// [`SceneError::Line`], [`SceneError::NoFaces`].

@@ -123,15 +123,18 @@ fn errors_name_file_line_and_cause() {
         ),
         (
             "v 0 0 0\nf 1 1 9223372036854775808\n",
-            "bad.obj, line 2: face corner `9223372036854775808` does not begin with a vertex number (1, 2, ... or -1, -2, ...)",
+            "bad.obj, line 2: face corner `9223372036854775808` does not begin with a vertex number \
+             (1, 2, ... or -1, -2, ...)",
         ),
         (
             "",
-            "bad.obj: no faces of three or more corners found (0 vertices, 0 points, lines and shorter faces); is it an OBJ file with `f` lines?",
+            "bad.obj: no faces of three or more corners found (0 vertices, 0 points, lines and shorter \
+             faces); is it an OBJ file with `f` lines?",
         ),
         (
             "v 0 0 0\nl 1 1\n",
-            "bad.obj: no faces of three or more corners found (1 vertices, 1 points, lines and shorter faces); is it an OBJ file with `f` lines?",
+            "bad.obj: no faces of three or more corners found (1 vertices, 1 points, lines and shorter \
+             faces); is it an OBJ file with `f` lines?",
         ),
     ] {
         assert_eq!(refusal(text), message);
@@ -326,7 +329,8 @@ fn usual_coordinates_lose_nothing_worth_a_word() {
 }
 
 /// The Cornell box with the walls' colours and the lamp's radiance of the data by `McGuire`.
-const CORNELL: &str = "newmtl white\nKd 0.725 0.71 0.68\nnewmtl red\nKd 0.63 0.065 0.05\nnewmtl green\nKd 0.14 0.45 0.091\n\
+const CORNELL: &str = "newmtl white\nKd 0.725 0.71 0.68\nnewmtl red\nKd 0.63 0.065 0.05\n\
+                       newmtl green\nKd 0.14 0.45 0.091\n\
                        newmtl light\nKd 0.78 0.78 0.78\nKe 17 12 4\n";
 
 fn with_materials(text: &str, mtl: &'static str) -> Import {
