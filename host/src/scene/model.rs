@@ -65,6 +65,37 @@ pub enum LitSides {
 }
 
 impl Model {
+    /// Hashes what photons depend on: triangles, reflectances, colours and lights.
+    pub(crate) fn digest(&self) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        let mut add = |values: &[f32]| {
+            let mut bytes = Vec::with_capacity(4 * values.len());
+            bytes.extend(values.iter().flat_map(|value| value.to_bits().to_le_bytes()));
+            hasher.update(&bytes);
+        };
+        for triangle in &self.triangles {
+            for corner in [triangle.a, triangle.b, triangle.c] {
+                add(&corner.to_array());
+            }
+        }
+        add(&self.reflectance);
+        add(self.colours.as_flattened());
+        for light in &self.lights {
+            for vector in [light.corner, light.edge_u, light.edge_v] {
+                add(&vector.to_array());
+            }
+            add(&[light.flux]);
+        }
+        for light in &self.emitters {
+            add(&light.radiance);
+            add(&[
+                f32::from_bits(light.triangle),
+                if light.sides == LitSides::Both { 1.0 } else { 0.0 },
+            ]);
+        }
+        hasher.finalize()
+    }
+
     /// Makes the scene for index builds. Clusters are found among triangles.
     pub fn scene(&self) -> Scene<'_> {
         Scene::new(&self.triangles)

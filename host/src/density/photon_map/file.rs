@@ -20,7 +20,7 @@ use thiserror::Error;
 use super::{MOST_PHOTONS, Photon, PhotonMap, normals_of};
 use crate::files::output::write_file;
 use crate::photon::Balance;
-use crate::scene::{LitSides, Model};
+use crate::scene::Model;
 
 const SIGNATURE: &[u8; 8] = b"ARBOMAP1";
 /// Bytes before the photons.
@@ -68,7 +68,7 @@ impl PhotonMap {
     pub fn write(&self, file: &mut dyn Write, model: &Model) -> io::Result<()> {
         let balance = &self.balance;
         file.write_all(SIGNATURE)?;
-        file.write_all(model_digest(model).as_bytes())?;
+        file.write_all(model.digest().as_bytes())?;
         for number in [
             self.photons.len() as u64,
             self.tints.len() as u64,
@@ -119,7 +119,7 @@ fn decode(bytes: &[u8], model: &Model) -> Result<PhotonMap, Problem> {
     if signature != SIGNATURE {
         return Err(Problem::NotAMap);
     }
-    if digest != model_digest(model).as_bytes() {
+    if digest != model.digest().as_bytes() {
         return Err(Problem::OtherScene);
     }
     let number = |at: usize| {
@@ -167,35 +167,4 @@ fn decode(bytes: &[u8], model: &Model) -> Result<PhotonMap, Problem> {
     }
     let tints = tint_bytes.chunks_exact(4).map(word).collect();
     Ok(PhotonMap { photons: read, tints, normals: normals_of(model), balance })
-}
-
-/// Hashes what photons depend on: triangles, reflectances, colours and lights.
-fn model_digest(model: &Model) -> blake3::Hash {
-    let mut hasher = blake3::Hasher::new();
-    let mut add = |values: &[f32]| {
-        let mut bytes = Vec::with_capacity(4 * values.len());
-        bytes.extend(values.iter().flat_map(|value| value.to_bits().to_le_bytes()));
-        hasher.update(&bytes);
-    };
-    for triangle in &model.triangles {
-        for corner in [triangle.a, triangle.b, triangle.c] {
-            add(&corner.to_array());
-        }
-    }
-    add(&model.reflectance);
-    add(model.colours.as_flattened());
-    for light in &model.lights {
-        for vector in [light.corner, light.edge_u, light.edge_v] {
-            add(&vector.to_array());
-        }
-        add(&[light.flux]);
-    }
-    for light in &model.emitters {
-        add(&light.radiance);
-        add(&[
-            f32::from_bits(light.triangle),
-            if light.sides == LitSides::Both { 1.0 } else { 0.0 },
-        ]);
-    }
-    hasher.finalize()
 }
