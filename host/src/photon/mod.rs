@@ -28,7 +28,10 @@ mod wave;
 
 pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
-pub use shot::{Balance, Counting, Digest, ShootOptions, Shot, shoot};
+pub use shot::{
+    Balance, Counting, Digest, Job, JobPart, Overlap, PartFile, PartFileError, RangeSums,
+    ShootOptions, Shot, missing, shoot, shoot_part,
+};
 pub use stream::CHUNK;
 pub(crate) use stream::{Visitor, stream};
 pub use surface::Side;

@@ -1,5 +1,7 @@
 //! Balance of photons: how each of them ended, and the power that they carry.
 
+use serde::{Deserialize, Serialize};
+
 use crate::photon::trace::PathEnd;
 
 /// Ends of photons, and their power.
@@ -7,7 +9,7 @@ use crate::photon::trace::PathEnd;
 /// # Invariants
 /// - `emitted = absorbed + escaped + cut_off + refused`, which is [`Balance::ended`].
 /// - `rays = hits + escaped`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
     /// Photons that left the lights; 0 if no light of the model can emit.
     pub emitted: u64,

@@ -2,15 +2,19 @@
 //!
 //! ```text
 //! stream of photons --shoot--> hits of each triangle | balance of ends and power | digest of all hits
+//! a range of them --shoot_part--> part --join--> the same
 //! ```
 
 mod balance;
 mod digest;
+mod digest_tree;
+mod part;
 mod shoot;
 
 pub use balance::Balance;
 pub use digest::Digest;
-pub use shoot::{Counting, ShootOptions, shoot};
+pub use part::{Job, JobPart, Overlap, PartFile, PartFileError, RangeSums, missing};
+pub use shoot::{Counting, ShootOptions, shoot, shoot_part};
 
 use arboleda::{Counters, Triangle, TriangleId};
 

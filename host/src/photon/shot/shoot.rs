@@ -3,21 +3,22 @@
 //! The result does not depend on the number of threads: sums are of integers, and hits are hashed in the order of waves
 //! and, in a wave, of photons.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use arboleda::{Hit, RayIndex, SimdLevel};
 
-use super::{Digest, Shot};
+use super::Shot;
+use super::digest_tree::{DigestNode, DigestTree, Event};
+use super::part::{JobPart, RangeSums};
 use crate::photon::lanes::{LANES, SideLanes};
-use crate::photon::stream::{Visitor, stream};
+use crate::photon::stream::{CHUNK, Tally, Visitor, stream};
 use crate::photon::surface::Side;
 use crate::photon::trace::{DEFAULT_MAX_BOUNCES, Segment, Tracer};
 use crate::photon::wave::Part;
 use crate::scene::Model;
 
-/// Words of 32 bits of a hashed hit: photon (two words), bounce, triangle, `t`, `u`, `v`, little-endian.
-const EVENT_WORDS: usize = 7;
 /// Hits that are hashed at once: 28 KiB. From 8 KiB, BLAKE3 uses whole vectors.
 const EVENTS_AT_ONCE: usize = 1024;
 
@@ -95,52 +96,99 @@ pub fn shoot<I: RayIndex + Sync + ?Sized>(
     options: &ShootOptions,
     progress: &(impl Fn(u64) + Sync),
 ) -> Shot {
+    in_pool(options, || {
+        let start = Instant::now();
+        let RangeSums { balance, bounce_count, hits, counters, digests } =
+            shoot_here(model, index, options, 0..options.photons, progress);
+        Shot {
+            balance,
+            bounce_count,
+            hit_counts: hits.iter().map(|[front, back]| front + back).collect(),
+            front_hit_counts: hits.iter().map(|sides| sides[Side::Front as usize]).collect(),
+            counters: (options.counting == Counting::On).then_some(counters),
+            digest: digests.digest(),
+            seconds: start.elapsed().as_secs_f64(),
+            thread_count: rayon::current_num_threads(),
+        }
+    })
+}
+
+/// Shoots a range of the photons, as [`shoot`] does. Parts of all photons, joined in order, are the shot.
+///
+/// # Panics
+/// If the range ends beyond the photons of the options.
+pub fn shoot_part<I: RayIndex + Sync + ?Sized>(
+    model: &Model,
+    index: &I,
+    options: &ShootOptions,
+    photons: Range<u64>,
+    progress: &(impl Fn(u64) + Sync),
+) -> JobPart {
+    assert!(photons.end <= options.photons, "photons that are not of the job");
+    let shot = || shoot_here(model, index, options, photons.clone(), progress);
+    let sums = in_pool(options, shot);
+    JobPart { photons, sums }
+}
+
+/// Runs work on the threads of the options, else on those of the caller's pool.
+fn in_pool<T: Send>(options: &ShootOptions, work: impl FnOnce() -> T + Send) -> T {
     let pool = options.threads.and_then(|threads| {
         rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build().ok()
     });
     match pool {
-        Some(pool) => pool.install(|| shoot_here(model, index, options, progress)),
-        None => shoot_here(model, index, options, progress),
+        Some(pool) => pool.install(work),
+        None => work(),
     }
 }
 
-/// Shoots photons on the threads of the caller's pool.
+/// Shoots a range of photons on the threads of the caller's pool.
 fn shoot_here<I: RayIndex + Sync + ?Sized>(
     model: &Model,
     index: &I,
     options: &ShootOptions,
+    photons: Range<u64>,
     progress: &(impl Fn(u64) + Sync),
-) -> Shot {
-    let start = Instant::now();
+) -> RangeSums {
     let tracer = Tracer::new(model, options.seed, options.max_bounces);
     // One table for all threads, because a table for each thread would take more memory than the scene. Sums of
     // integers do not depend on the order.
-    let hit_counts = Mutex::new(vec![[0; 2]; model.triangles.len()]);
-
-    // 1. The hashes of chunks are hashed in the order of chunks.
-    let mut digests = blake3::Hasher::new();
-    let visitor = ShotVisitor { model, hit_counts: &hit_counts, level: SimdLevel::detect() };
-    let (photons, counting) = (0..options.photons, options.counting);
-    let all = stream(&tracer, photons, index, counting, progress, &visitor, |chunk| {
-        if let ChunkHits::Hashed(digest) = chunk {
-            digests.update(&digest);
-        }
-    });
-
-    // 2. The counts of both sides of each triangle are summed.
-    let hit_counts = hit_counts.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let front_hit_counts = hit_counts.iter().map(|sides| sides[Side::Front as usize]).collect();
-    let both = hit_counts.iter().map(|[front, back]| front + back);
-    Shot {
+    let hits = Mutex::new(vec![[0; 2]; model.triangles.len()]);
+    let mut digests = DigestTree::new(options.photons);
+    let mut all = Tally::default();
+    for run in cut_at_chunks(&photons, options.photons) {
+        let is_cut = !run.start.is_multiple_of(CHUNK)
+            || !run.end.is_multiple_of(CHUNK) && run.end < options.photons;
+        let visitor = ShotVisitor { model, hits: &hits, level: SimdLevel::detect(), is_cut };
+        let mut chunk = run.start / CHUNK;
+        let tally =
+            stream(&tracer, run.clone(), index, options.counting, progress, &visitor, |hits| {
+                match hits {
+                    ChunkHits::Hashed(digest) => digests.push(DigestNode::Chunk { chunk, digest }),
+                    ChunkHits::Kept(events) => {
+                        digests.push(DigestNode::Cut { photons: run.clone(), events });
+                    }
+                    ChunkHits::Open(_) => unreachable!("the chunk was finished"),
+                }
+                chunk += 1;
+            });
+        all.join(&tally);
+    }
+    RangeSums {
         balance: all.balance,
         bounce_count: all.bounce_count,
-        hit_counts: both.collect(),
-        front_hit_counts,
-        counters: (options.counting == Counting::On).then_some(all.counters),
-        digest: Digest(*digests.finalize().as_bytes()),
-        seconds: start.elapsed().as_secs_f64(),
-        thread_count: rayon::current_num_threads(),
+        hits: hits.into_inner().unwrap_or_else(PoisonError::into_inner),
+        counters: all.counters,
+        digests,
     }
+}
+
+/// Cuts a range of `all` photons into parts of chunks at its ends, and a run of whole chunks between them.
+fn cut_at_chunks(photons: &Range<u64>, all: u64) -> impl Iterator<Item = Range<u64>> + use<> {
+    let Range { start, end } = *photons;
+    let first = start.next_multiple_of(CHUNK).min(end);
+    // The last chunk of all may be shorter.
+    let last = if end == all { end } else { (end - end % CHUNK).max(first) };
+    [start..first, first..last, last..end].into_iter().filter(|run| !run.is_empty())
 }
 
 /// Counts the hits of each side of each triangle, and hashes the hits of each chunk.
@@ -150,8 +198,10 @@ struct ShotVisitor<'s> {
     ///
     /// # What lost
     /// Atomic counters, incremented at each hit. They and sides one by one took a fifth of the time of a shot.
-    hit_counts: &'s Mutex<Vec<[u64; 2]>>,
+    hits: &'s Mutex<Vec<[u64; 2]>>,
     level: SimdLevel,
+    /// True if the photons are not a whole chunk. Then their hits are kept, because the whole chunk is to be hashed.
+    is_cut: bool,
 }
 
 impl Visitor for ShotVisitor<'_> {
@@ -161,6 +211,7 @@ impl Visitor for ShotVisitor<'_> {
         ChunkHits::Open(Box::new(OpenChunk {
             hasher: blake3::Hasher::new(),
             events: Vec::with_capacity(EVENTS_AT_ONCE),
+            keeps: self.is_cut,
             sides: Vec::new(),
             lanes: SideLanes::new(self.level),
         }))
@@ -177,15 +228,14 @@ impl Visitor for ShotVisitor<'_> {
 
     fn finish(&self, chunk: &mut ChunkHits) {
         if let ChunkHits::Open(open) = chunk {
-            open.flush();
-            let mut hit_counts = self.hit_counts.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut hits = self.hits.lock().unwrap_or_else(PoisonError::into_inner);
             for &(id, side) in &open.sides {
-                if let Some(sides) = hit_counts.get_mut(id as usize) {
+                if let Some(sides) = hits.get_mut(id as usize) {
                     sides[side as usize] += 1;
                 }
             }
-            drop(hit_counts);
-            *chunk = ChunkHits::Hashed(*open.hasher.finalize().as_bytes());
+            drop(hits);
+            *chunk = open.end();
         }
     }
 }
@@ -194,13 +244,17 @@ impl Visitor for ShotVisitor<'_> {
 enum ChunkHits {
     Open(Box<OpenChunk>),
     Hashed([u8; 32]),
+    /// Hits of a chunk that was cut.
+    Kept(Vec<Event>),
 }
 
 /// Hits of a chunk under way.
 struct OpenChunk {
     hasher: blake3::Hasher,
-    /// Hits that are not hashed yet.
-    events: Vec<[u32; EVENT_WORDS]>,
+    /// Hits that are not hashed yet, little-endian.
+    events: Vec<Event>,
+    /// True if hits are kept, and not hashed.
+    keeps: bool,
     /// Triangle and side of each hit.
     sides: Vec<(u32, Side)>,
     lanes: Box<SideLanes>,
@@ -210,7 +264,7 @@ impl OpenChunk {
     /// Hashes hits, in their order.
     #[inline]
     fn hash(&mut self, hits: impl Iterator<Item = (Segment, Hit)>) {
-        if self.events.len() + LANES > EVENTS_AT_ONCE {
+        if self.events.len() + LANES > EVENTS_AT_ONCE && !self.keeps {
             self.flush();
         }
         self.events.extend(hits.map(|(segment, hit)| {
@@ -230,6 +284,15 @@ impl OpenChunk {
     fn flush(&mut self) {
         self.hasher.update(bytemuck::cast_slice(&self.events));
         self.events.clear();
+    }
+
+    fn end(&mut self) -> ChunkHits {
+        if self.keeps {
+            let events = self.events.drain(..).map(|event| event.map(u32::from_le));
+            return ChunkHits::Kept(events.collect());
+        }
+        self.flush();
+        ChunkHits::Hashed(*self.hasher.finalize().as_bytes())
     }
 
     /// Finds the sides of up to [`LANES`] hits. Triangles that the model does not have are omitted.

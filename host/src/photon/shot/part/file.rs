@@ -1,0 +1,222 @@
+//! Files of parts.
+//!
+//! ```text
+//! "ARBOPART"              8 bytes
+//! version                 u32, little-endian
+//! BLAKE3 of what follows  32 bytes
+//! header: job, range of photons, provenance     in the format of postcard, which is the same on every machine
+//! sums                                          likewise
+//! ```
+//! A file that is torn or was changed is refused. A forged one can give wrong sums, but does no harm.
+
+use std::fs;
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{Job, JobPart, RangeSums};
+use crate::files::output::write_file;
+
+const SIGNATURE: &[u8; 8] = b"ARBOPART";
+const VERSION: u32 = 1;
+/// Bytes in front of the header.
+const HEAD: usize = 8 + 4 + 32;
+
+/// What a file of a part says about itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PartFile {
+    /// The job.
+    pub job: Job,
+    /// The photons.
+    pub photons: Range<u64>,
+    /// Where and by what the photons were shot, for people.
+    pub provenance: String,
+}
+
+/// Error of reading the file of a part.
+#[derive(Debug, Error)]
+#[error("{}: {problem}", file.display())]
+pub struct PartFileError {
+    file: PathBuf,
+    problem: Problem,
+}
+
+#[derive(Debug, Error)]
+enum Problem {
+    #[error("cannot be read: {0}")]
+    Unreadable(io::Error),
+    #[error("it is not a part of a shot; make one with `shoot --part`")]
+    NotAPart,
+    #[error("its version is {0}, but this program reads version {VERSION}")]
+    Version(u32),
+    #[error(
+        "it is torn or was changed: its contents do not have the hash that it names; shoot its photons again"
+    )]
+    Torn,
+    #[error("it contradicts itself")]
+    Contradiction,
+}
+
+impl PartFile {
+    /// Writes a part, whole or not at all.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path, sums: &RangeSums) -> anyhow::Result<()> {
+        let body = postcard::to_extend(sums, postcard::to_stdvec(self)?)?;
+        write_file(path, |file| {
+            file.write_all(SIGNATURE)?;
+            file.write_all(&VERSION.to_le_bytes())?;
+            file.write_all(blake3::hash(&body).as_bytes())?;
+            file.write_all(&body)
+        })
+    }
+
+    /// Reads what the file of a part says about itself. All of the file is checked.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not a part, is torn, or contradicts itself.
+    pub fn read(path: &Path) -> Result<Self, PartFileError> {
+        Ok(Self::read_all(path)?.0)
+    }
+
+    /// Reads a part.
+    ///
+    /// # Errors
+    /// The errors of [`read`](Self::read).
+    pub fn read_part(path: &Path) -> Result<JobPart, PartFileError> {
+        let (Self { photons, .. }, sums) = Self::read_all(path)?;
+        Ok(JobPart { photons, sums })
+    }
+
+    fn read_all(path: &Path) -> Result<(Self, RangeSums), PartFileError> {
+        let bytes = fs::read(path).map_err(Problem::Unreadable);
+        let read = bytes.and_then(|bytes| decode(&bytes));
+        read.map_err(|problem| PartFileError { file: path.into(), problem })
+    }
+}
+
+fn decode(bytes: &[u8]) -> Result<(PartFile, RangeSums), Problem> {
+    // 1. The bytes.
+    if !bytes.starts_with(SIGNATURE) {
+        return Err(Problem::NotAPart);
+    }
+    let (head, body) = bytes.split_at_checked(HEAD).ok_or(Problem::Torn)?;
+    let (version, hash) = head[SIGNATURE.len()..].split_at(4);
+    let version = version.iter().rev().fold(0, |all, &byte| all << 8 | u32::from(byte));
+    if version != VERSION {
+        return Err(Problem::Version(version));
+    }
+    if blake3::hash(body).as_bytes() != hash {
+        return Err(Problem::Torn);
+    }
+    // 2. What they say.
+    let contradiction = |_| Problem::Contradiction;
+    let (header, rest) = postcard::take_from_bytes::<PartFile>(body).map_err(contradiction)?;
+    let (sums, rest) = postcard::take_from_bytes::<RangeSums>(rest).map_err(contradiction)?;
+    if rest.is_empty() && is_sound(&header, &sums) {
+        Ok((header, sums))
+    } else {
+        Err(Problem::Contradiction)
+    }
+}
+
+/// Tells whether sums may be those of a range of photons.
+fn is_sound(header: &PartFile, sums: &RangeSums) -> bool {
+    let PartFile { job, photons, .. } = header;
+    let balance = &sums.balance;
+    let count = photons.end.checked_sub(photons.start);
+    // Without lights no photons are emitted, and there is nothing to hash.
+    let is_dark = balance.emitted == 0 && sums.digests.is_empty();
+    let hits = sums.hits.iter().flatten().try_fold(0_u64, |sum, &hits| sum.checked_add(hits));
+    let ends = [balance.absorbed, balance.escaped, balance.cut_off, balance.refused];
+    let ended = ends.into_iter().try_fold(0_u64, u64::checked_add);
+    photons.end <= job.photons
+        && (is_dark || count == Some(balance.emitted) && sums.digests.is_of(photons, job.photons))
+        && ended == Some(balance.emitted)
+        && hits == Some(balance.hits)
+        && sums.hits.len() as u64 == job.triangles
+        && balance.total_flux.is_finite()
+        && balance.total_flux >= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use arboleda::{IndexKind, Vec3};
+
+    use super::*;
+    use crate::photon::fixtures::{BuiltIndex, closed_box, lamp, model};
+    use crate::photon::{ShootOptions, shoot_part};
+
+    type Forge = &'static dyn Fn(&mut PartFile, &mut RangeSums);
+
+    fn part() -> (PartFile, JobPart) {
+        let light = lamp(Vec3::new(0.5, 0.5, 0.9), 0.5, 40.0);
+        let model = model(closed_box(Vec3::ZERO, Vec3::ONE), 0.5, light);
+        let options = ShootOptions { photons: 100_000, ..ShootOptions::default() };
+        let mut built = BuiltIndex::new(&model, IndexKind::Bvh);
+        let index = built.index();
+        let part = shoot_part(&model, index.as_ray_index(), &options, 500..70_001, &|_| {});
+        let job = Job::new(&model, &options);
+        let header = PartFile { job, photons: part.photons.clone(), provenance: "a test".into() };
+        (header, part)
+    }
+
+    /// The bytes of a file with this header and these sums.
+    fn bytes_of(header: &PartFile, sums: &RangeSums) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        header.write(&path, sums).unwrap();
+        fs::read(path).unwrap()
+    }
+
+    #[test]
+    fn a_part_is_read_as_it_was_written() {
+        let (header, part) = part();
+        let bytes = bytes_of(&header, &part.sums);
+        assert!(bytes.len() < 100_000, "{} bytes", bytes.len());
+        assert_eq!(decode(&bytes).unwrap(), (header, part.sums));
+    }
+
+    #[test]
+    fn torn_and_changed_files_are_refused() {
+        let (header, part) = part();
+        let bytes = bytes_of(&header, &part.sums);
+        for length in (0..bytes.len()).step_by(97) {
+            let error = decode(&bytes[..length]).unwrap_err();
+            let expected = matches!(error, Problem::NotAPart if length < 8)
+                || matches!(error, Problem::Torn if length >= 8);
+            assert!(expected, "{length}: {error}");
+        }
+        for at in (0..bytes.len()).step_by(131) {
+            let mut changed = bytes.clone();
+            changed[at] ^= 4;
+            assert!(decode(&changed).is_err(), "{at}");
+        }
+    }
+
+    #[test]
+    fn forged_sums_are_refused() {
+        let (header, part) = part();
+        let forged: [Forge; 9] = [
+            &|header, _| header.photons.start -= 1,
+            &|header, _| header.photons.end += 1,
+            &|header, _| header.job.photons = 60_000,
+            &|header, _| header.job.triangles += 1,
+            &|_, sums| sums.hits[3][0] += 1,
+            &|_, sums| sums.hits[3][0] = u64::MAX,
+            &|_, sums| sums.balance.escaped += 1,
+            &|_, sums| sums.balance.total_flux = f64::NAN,
+            &|_, sums| sums.balance.emitted = 0,
+        ];
+        for (number, forge) in forged.iter().enumerate() {
+            let (mut header, mut sums) = (header.clone(), part.sums.clone());
+            forge(&mut header, &mut sums);
+            let error = decode(&bytes_of(&header, &sums)).unwrap_err();
+            assert!(matches!(error, Problem::Contradiction), "{number}: {error}");
+        }
+    }
+}

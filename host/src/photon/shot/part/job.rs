@@ -1,0 +1,115 @@
+//! Job: what photons depend on, and which of its photons are missing.
+
+use std::fmt;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::photon::ShootOptions;
+use crate::scene::Model;
+
+/// What the photons of a shot depend on. Parts of equal jobs can be put together.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Job {
+    /// Digest of the triangles, materials and lights.
+    pub model: [u8; 32],
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Number of photons of all parts together.
+    pub photons: u64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Most bounces of a photon.
+    pub max_bounces: u32,
+}
+
+impl Job {
+    /// The job of shooting photons from the lights of a model.
+    pub fn new(model: &Model, options: &ShootOptions) -> Self {
+        Self {
+            model: *model.digest().as_bytes(),
+            triangles: model.triangles.len() as u64,
+            photons: options.photons,
+            seed: options.seed,
+            max_bounces: options.max_bounces,
+        }
+    }
+
+    /// Says in what another job differs from this one; `None` if they are equal.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let numbers = [
+            ("photons in all", self.photons, other.photons),
+            ("as seed", self.seed, other.seed),
+            ("bounces at most", self.max_bounces.into(), other.max_bounces.into()),
+            ("triangles", self.triangles, other.triangles),
+        ];
+        let differing = numbers.into_iter().find(|(_, own, others)| own != others);
+        if let Some((what, own, others)) = differing {
+            return Some(format!("{others} {what}, not {own}"));
+        }
+        let same = self.model == other.model;
+        (!same).then(|| "another scene, other materials or other lights".to_owned())
+    }
+}
+
+/// Photons that two parts have in common: they would be counted twice.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub struct Overlap {
+    /// The photons.
+    pub photons: Range<u64>,
+    /// Places of both parts in the list.
+    pub parts: [usize; 2],
+}
+
+impl fmt::Display for Overlap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { photons, parts: [a, b] } = self;
+        write!(f, "photons {}..{} are in parts {a} and {b}", photons.start, photons.end)
+    }
+}
+
+/// Lists the ranges of the photons `0..photons` that no part has, in their order. Parts come in any order; empty ones
+/// have no photon.
+///
+/// # Errors
+/// If two parts have a photon in common.
+pub fn missing(photons: u64, parts: &[Range<u64>]) -> Result<Vec<Range<u64>>, Overlap> {
+    let mut order: Vec<usize> = (0..parts.len()).filter(|&part| !parts[part].is_empty()).collect();
+    order.sort_by_key(|&part| parts[part].start);
+    let mut gaps = Vec::new();
+    let (mut end, mut last) = (0, None);
+    for part in order {
+        let range = &parts[part];
+        if let Some(last) = last.filter(|_| range.start < end) {
+            let photons = range.start..range.end.min(end);
+            return Err(Overlap { photons, parts: [last, part] });
+        }
+        if range.start > end {
+            gaps.push(end..range.start);
+        }
+        (end, last) = (range.end, Some(part));
+    }
+    if end < photons {
+        gaps.push(end..photons);
+    }
+    Ok(gaps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_listed_and_overlaps_are_errors() {
+        assert_eq!(missing(10, &[]), missing(10, &[3..3, 5..5]));
+        assert!(missing(10, &[]).unwrap().into_iter().eq([(0, 10)].map(|(start, end)| start..end)));
+        assert_eq!(missing(10, &[4..6, 0..2, 6..7, 3..3]), Ok(vec![2..4, 7..10]));
+        assert_eq!(missing(10, &[5..10, 0..5]), Ok(vec![]));
+        assert_eq!(missing(0, &[]), Ok(vec![]));
+        let overlap = Overlap { photons: 4..5, parts: [1, 0] };
+        assert_eq!(missing(10, &[4..6, 0..5]), Err(overlap));
+        assert_eq!(missing(10, &[0..9, 2..3]).unwrap_err().photons, 2..3);
+        assert_eq!(missing(10, &[2..3, 2..3]).unwrap_err().photons, 2..3);
+    }
+}
