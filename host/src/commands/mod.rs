@@ -10,6 +10,7 @@ mod demo;
 mod inspect;
 mod irradiance;
 mod lit_scene;
+mod merge;
 mod output;
 mod paper;
 mod render;
@@ -45,6 +46,7 @@ struct CommandLine {
 #[derive(Subcommand)]
 enum Command {
     Shoot(shoot::Shoot),
+    Merge(merge::Merge),
     Inspect(inspect::Inspect),
     Cast(cast::Cast),
     Irradiance(irradiance::Irradiance),
@@ -59,6 +61,7 @@ impl CommandLine {
         match &self.command {
             None => self.demo.run(),
             Some(Command::Shoot(shoot)) => shoot.run(),
+            Some(Command::Merge(merge)) => merge.run(),
             Some(Command::Inspect(inspect)) => inspect.run(),
             Some(Command::Cast(cast)) => cast.run(),
             Some(Command::Irradiance(irradiance)) => irradiance.run(),

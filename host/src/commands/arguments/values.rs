@@ -4,7 +4,7 @@
 //! range.
 
 use std::fmt::Display;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::path::PathBuf;
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -36,6 +36,13 @@ where
         }
         T::try_from(number).map_err(|_| outside())
     }
+}
+
+/// Parses a range that is not empty: `A..B`, two whole numbers, of which the second is not in the range.
+pub fn range(text: &str) -> Result<Range<u64>, String> {
+    let (start, end) = text.split_once("..").ok_or("not a range; write it as 0..1000 or 1M..2M")?;
+    let range = parse_whole(start)?..parse_whole(end)?;
+    if range.is_empty() { Err("the range is empty".to_owned()) } else { Ok(range) }
 }
 
 /// Parses a number in a range; refuses NaN and infinities.
@@ -132,6 +139,15 @@ mod tests {
             "0x10", "1e1e1",
         ] {
             assert!(parse_whole(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn ranges_have_an_end_beyond_their_start() {
+        assert_eq!(range("0..10"), Ok(0..10));
+        assert_eq!(range("1M..2.5M"), Ok(1_000_000..2_500_000));
+        for text in ["", "5", "..", "1..", "..5", "5..5", "6..5", "1..2..3", "1..=2", "-1..2"] {
+            assert!(range(text).is_err(), "{text}");
         }
     }
 }

@@ -1,9 +1,8 @@
-//! File that `shoot --out` writes: the photons and the flux that each side of each triangle received.
+//! File that `shoot --out` and `merge --out` write: the photons and the flux that each side of each triangle received.
 
 use std::path::Path;
 
 use crate::files::output::write_triangle_rows;
-use crate::photon::Shot;
 
 /// Row of the file: photons and watts that one triangle received, by side.
 #[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]
@@ -18,23 +17,18 @@ struct Received {
 const COLUMNS: [&str; 5] = ["triangle", "front_photons", "back_photons", "front_flux", "back_flux"];
 
 /// Writes one row for each triangle, in the order of ids: as CSV if the name ends in .csv, else as a structured array.
+/// `hits` has the photons on the front and on the back of each; each carries `photon_flux` watts.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_flux(path: &Path, shot: &Shot) -> anyhow::Result<()> {
-    let flux = shot.balance.photon_flux();
-    let counts = shot.hit_counts.iter().zip(&shot.front_hit_counts);
-    let rows: Vec<Received> = counts
-        .map(|(&both, &front)| {
-            let back = both - front;
-            Received {
-                front_photons: front,
-                back_photons: back,
-                front_flux: front as f64 * flux,
-                back_flux: back as f64 * flux,
-            }
-        })
-        .collect();
+pub fn write_flux(path: &Path, hits: &[[u64; 2]], photon_flux: f64) -> anyhow::Result<()> {
+    let received = |&[front, back]: &[u64; 2]| Received {
+        front_photons: front,
+        back_photons: back,
+        front_flux: front as f64 * photon_flux,
+        back_flux: back as f64 * photon_flux,
+    };
+    let rows: Vec<Received> = hits.iter().map(received).collect();
     write_triangle_rows(path, &COLUMNS, &rows, |row| {
         let Received { front_photons, back_photons, front_flux, back_flux } = *row;
         (front_photons, back_photons, front_flux, back_flux)

@@ -2,8 +2,10 @@
 
 mod comparison;
 mod flux_file;
+mod part;
 mod surface_files;
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -11,7 +13,7 @@ use arboleda::{IndexKind, Scene, Vec3};
 use clap::Args;
 
 use super::arguments::light::LightArguments;
-use super::arguments::values::{MOST_PHOTONS, file_ending_in, threads, whole};
+use super::arguments::values::{MOST_PHOTONS, file_ending_in, range, threads, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{count, duration, say};
 use crate::bench::progress::{during, photon_bar};
@@ -23,7 +25,7 @@ use crate::report::{Canvas, paint_irradiance};
 use crate::scene::Model;
 use crate::{Threads, TimedIndex};
 pub use comparison::{ShotComparison, print_digests, print_rows};
-use flux_file::write_flux;
+pub use flux_file::write_flux;
 use surface_files::{write_mesh, write_photons, write_triangles};
 
 /// Shoot photons from the lights of a scene through one index, or through each
@@ -74,6 +76,12 @@ pub struct Shoot {
     /// Write a picture of the light that arrived
     #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
     picture: Option<PathBuf>,
+    /// Write a part of the shot, which `arboleda merge` puts together with others
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "triangles", "mesh_ply", "photons_ply", "picture"])]
+    part: Option<PathBuf>,
+    /// Photons of the part, out of all N: from photon A to the one before B [default: all]
+    #[arg(long, value_name = "A..B", requires = "part", value_parser = range)]
+    photon_range: Option<Range<u64>>,
     #[command(flatten)]
     build: BuildArguments,
 }
@@ -84,7 +92,14 @@ impl Shoot {
     /// # Errors
     /// If the scene cannot be loaded, an output cannot be written, or two indices do not agree.
     pub fn run(&self) -> anyhow::Result<()> {
-        let files = [&self.out, &self.picture, &self.triangles, &self.mesh_ply, &self.photons_ply];
+        let files = [
+            &self.out,
+            &self.picture,
+            &self.triangles,
+            &self.mesh_ply,
+            &self.photons_ply,
+            &self.part,
+        ];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
         let model = self.lights.lit(self.scene.load()?, self.scene.up);
         say!(
@@ -109,6 +124,9 @@ impl Shoot {
         let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], Workload::sample));
         // A photon's first ray and, with the usual reflectances, one bounce.
         let scene = scene.expecting(self.photons.saturating_mul(2));
+        if let Some(path) = &self.part {
+            return self.write_part(path, &model, &scene, &options);
+        }
         let kinds = self.index.kinds(&scene, &self.build.options())?;
         let comparison =
             ShotComparison { model: &model, scene, build: self.build.options(), options };
@@ -121,7 +139,9 @@ impl Shoot {
 
         let shot = shot.unwrap_or(&last.shot);
         if let Some(path) = &self.out {
-            write_flux(path, shot)?;
+            let counts = shot.hit_counts.iter().zip(&shot.front_hit_counts);
+            let hits: Vec<[u64; 2]> = counts.map(|(both, &front)| [front, both - front]).collect();
+            write_flux(path, &hits, shot.balance.photon_flux())?;
             log::info!("photons and flux of each triangle: {}", path.display());
         }
         self.write_surfaces(&model, &scene, last.kind)?;
