@@ -65,16 +65,18 @@ fn thousands_of_triangles_do() {
     }
 }
 
-/// With `f64` in software the linear scan is relatively cheap; with `f64` in hardware it is far behind.
+/// With `f64` in software all trees cost about the same, because the hit costs most, and the linear scan is relatively
+/// cheap; with `f64` in hardware it is far behind.
 ///
 /// # Measured
-/// Instructions a ray on a Cortex-M4, with 200 triangles:
+/// Instructions a ray on a Cortex-M4, with 200 triangles, of which 6,500 are for the hits of two rays in three:
 ///
+/// - 8,800 in the grid hierarchy
+/// - 9,200 in the bounding volume hierarchy
 /// - 9,500 in wide BVHs
-/// - 18,300 in the kd-tree
-/// - 30,800 in the octree hierarchy
-/// - 36,800 in the bounding volume hierarchy
-/// - 39,900 in the linear scan
+/// - 9,900 in the octree hierarchy
+/// - 11,100 in the kd-tree
+/// - 36,400 in the linear scan
 #[test]
 fn software_floats_are_weighed_as_they_were_counted() {
     let triangles = scenes::soup(200, 1);
@@ -89,8 +91,9 @@ fn software_floats_are_weighed_as_they_were_counted() {
     let gain = |float64, kind| expected(float64, IndexKind::Linear) / expected(float64, kind);
     for kind in [IndexKind::OctreeHierarchy, IndexKind::Bvh, IndexKind::KdTree] {
         let (hardware, software) = (gain(Float64::Hardware, kind), gain(Float64::Software, kind));
-        assert!(software < 0.5 * hardware, "{}: {hardware}, {software}", kind.name());
-        assert!(gain(Float64::Software, IndexKind::WideBvh) > software);
+        assert!(software < 0.6 * hardware, "{}: {hardware}, {software}", kind.name());
+        let wide = gain(Float64::Software, IndexKind::WideBvh) / software;
+        assert!((0.75..1.25).contains(&wide), "{}: {wide}", kind.name());
     }
 }
 

@@ -27,7 +27,7 @@ impl Described for Linear {
     const HIERARCHY_NAME: &'static str = "linear-hierarchy";
     const FORMAT: u32 = 1;
     const WEIGHTS: Weights = Weights { ray: 20.4, node: 30.0, test: 15.9 }; // +-8%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 36_390.0, node: 103_812.0, test: 1_934.0 }; // +-0%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_967.0, node: 7_602.0, test: 1_942.0 }; // +-1%
 }
 
 impl LocalIndex for Linear {

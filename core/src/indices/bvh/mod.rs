@@ -109,7 +109,7 @@ impl Described for Bvh {
     const HIERARCHY_NAME: &'static str = "bvh-hierarchy";
     const FORMAT: u32 = 7;
     const WEIGHTS: Weights = Weights { ray: 12.6, node: 22.8, test: 4.1 }; // +-10%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 35_373.0, node: 57_647.0, test: 1_934.0 }; // +-1%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 69_210.0, node: 3_034.0, test: 1_942.0 }; // +-1%
 }
 
 impl LocalIndex for Bvh {

@@ -39,5 +39,5 @@ impl Described for BspTree {
     const FORMAT: u32 = 5;
     const COST: CostModel = CostModel::tests_per_node(1.5);
     const WEIGHTS: Weights = Weights { ray: 12.7, node: 18.1, test: 3.9 }; // +-10%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 48_775.0, node: 21_006.0, test: 1_934.0 }; // +-21%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 69_413.0, node: 2_149.0, test: 1_942.0 }; // +-2%
 }

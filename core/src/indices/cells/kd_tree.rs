@@ -46,5 +46,5 @@ impl Described for KdTree {
     const FORMAT: u32 = 4;
     const COST: CostModel = CostModel::tests_per_node(2.5);
     const WEIGHTS: Weights = Weights { ray: 12.6, node: 20.5, test: 3.1 }; // +-10%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 38_784.0, node: 22_736.0, test: 1_934.0 }; // +-16%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_619.0, node: 2_677.0, test: 1_942.0 }; // +-4%
 }

@@ -74,5 +74,5 @@ impl Described for Octree {
     const FORMAT: u32 = 12;
     const COST: CostModel = CostModel::tests_per_node(5.0);
     const WEIGHTS: Weights = Weights { ray: 12.9, node: 31.7, test: 6.1 }; // +-13%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 37_692.0, node: 44_729.0, test: 1_934.0 }; // +-7%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_843.0, node: 4_305.0, test: 1_942.0 }; // +-4%
 }

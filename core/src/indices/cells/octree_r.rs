@@ -57,5 +57,5 @@ impl Described for OctreeR {
     const FORMAT: u32 = 3;
     const COST: CostModel = CostModel::tests_per_node(4.0);
     const WEIGHTS: Weights = Weights { ray: 12.7, node: 28.4, test: 7.5 }; // +-11%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 36_948.0, node: 42_411.0, test: 1_934.0 }; // +-8%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_822.0, node: 4_440.0, test: 1_942.0 }; // +-6%
 }

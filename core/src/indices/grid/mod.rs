@@ -178,7 +178,7 @@ impl Described for UniformGrid {
     const FORMAT: u32 = 13;
     const COST: CostModel = CostModel::tests_per_node(4.0);
     const WEIGHTS: Weights = Weights { ray: 13.3, node: 30.6, test: 8.4 }; // +-16%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 55_044.0, node: 90_339.0, test: 1_934.0 }; // +-10%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 70_021.0, node: 5_417.0, test: 1_942.0 }; // +-7%
     const USES_RAYS: bool = true;
 }
 

@@ -68,7 +68,7 @@ impl Described for WideBvh {
     const HIERARCHY_NAME: &'static str = "wide-bvh-hierarchy";
     const FORMAT: u32 = 9;
     const WEIGHTS: Weights = Weights { ray: 4.1, node: 26.9, test: 0.5 }; // +-14%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 776.0, node: 7_370.0, test: 13_838.0 }; // +-1%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 65_300.0, node: 8_025.0, test: 1_942.0 }; // +-1%
 }
 
 impl Structure for WideBvh {

@@ -105,7 +105,7 @@ impl Described for CompactBvh {
     const HIERARCHY_NAME: &'static str = "compact-bvh-hierarchy";
     const FORMAT: u32 = 10;
     const WEIGHTS: Weights = Weights { ray: 17.4, node: 19.7, test: 8.1 }; // +-14%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 100.0, node: 11_218.0, test: 13_859.0 }; // +-1%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 65_300.0, node: 11_120.0, test: 1_942.0 }; // +-1%
 }
 
 impl Form for Chunks {

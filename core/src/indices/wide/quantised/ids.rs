@@ -72,7 +72,7 @@ impl Described for LeanBvh {
     const HIERARCHY_NAME: &'static str = "lean-bvh-hierarchy";
     const FORMAT: u32 = 11;
     const WEIGHTS: Weights = Weights { ray: 21.0, node: 19.2, test: 12.4 }; // +-8%
-    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 51.0, node: 12_396.0, test: 14_518.0 }; // +-1%
+    const SOFTWARE_WEIGHTS: Weights = Weights { ray: 65_300.0, node: 12_600.0, test: 1_942.0 }; // +-1%
 }
 
 impl Form for Ids {
