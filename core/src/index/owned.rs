@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::{AnyIndex, IndexKind};
-use crate::error::BuildError;
+use crate::error::{BuildError, OpenError};
 use crate::input::{Executor, Mesh, Options, Scene, Sequential};
 use crate::memory::Block;
 
@@ -78,7 +78,31 @@ impl OwnedIndex {
         Ok(Self { kind, blocks, bytes })
     }
 
-    /// Opens the index from its bytes, as from a file. Cost: linear, for the validation; keep the result for all
+    /// Reads an index of any kind from bytes that lie anywhere, as from a file: copies them, and validates them.
+    ///
+    /// # Errors
+    /// Any of [`OpenError`] but `Misaligned`. [`OpenError::MeshMissing`] if the index was built beside a mesh.
+    ///
+    /// # Examples
+    /// ```
+    /// use arboleda::{IndexKind, Options, OwnedIndex, Scene, Triangle, Vec3};
+    ///
+    /// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    /// let built = OwnedIndex::build(IndexKind::Bvh, &Scene::new(&triangles), &Options::DEFAULT)?;
+    /// let read = OwnedIndex::from_bytes(built.as_bytes())?;
+    /// assert_eq!((read.kind(), read.as_bytes()), (IndexKind::Bvh, built.as_bytes()));
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, OpenError> {
+        let mut blocks: Vec<Block> = bytemuck::zeroed_vec(Block::count(bytes.len()));
+        let copy = Block::bytes(&mut blocks).get_mut(..bytes.len()).unwrap_or_default();
+        copy.copy_from_slice(bytes);
+        let index = AnyIndex::from_bytes(copy)?;
+        let (kind, bytes) = (index.kind(), index.as_bytes().len());
+        Ok(Self { kind, blocks, bytes })
+    }
+
+    /// Opens the index from its bytes. Cost: linear, for the validation; keep the result for all
     /// queries.
     ///
     /// # Panics
