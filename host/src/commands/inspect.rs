@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::ensure;
 use arboleda::clusters::Clusters;
 use arboleda::{Aabb, Block, IndexKind, clusters as cluster};
 use clap::Args;
@@ -10,6 +11,7 @@ use super::arguments::values::{PIXELS, file_ending_in, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
 use super::cluster_picture::{cluster_scratch, paint_model};
 use super::output::{bytes, count, duration, say, table};
+use super::pack::describe_file;
 use crate::TimedIndex;
 use crate::bench::progress::during;
 use crate::files::output::check_writable;
@@ -22,6 +24,8 @@ const ROWS: usize = 12;
 pub const ALWAYS: [IndexKind; 2] = [IndexKind::OctreeHierarchy, IndexKind::Octree];
 
 /// Show the clusters of a scene, the cluster tree, and levels and memory of indices; with --picture, paint the clusters
+///
+/// Of a file X.arb that `pack` wrote: the index, its nodes, and its BLAKE3 hash.
 #[derive(Args)]
 pub struct Inspect {
     #[command(flatten)]
@@ -45,6 +49,13 @@ impl Inspect {
     /// # Errors
     /// If the scene cannot be loaded, an index cannot be built, or the picture cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
+        if let Some(path) = self.scene.index_file() {
+            ensure!(
+                self.picture.is_none(),
+                "--picture paints the clusters of a scene, not of an index"
+            );
+            return describe_file(path);
+        }
         if let Some(path) = &self.picture {
             check_writable(path)?;
         }

@@ -12,6 +12,7 @@ mod irradiance;
 mod lit_scene;
 mod merge;
 mod output;
+mod pack;
 mod paper;
 mod render;
 mod separation;
@@ -48,6 +49,7 @@ enum Command {
     Shoot(shoot::Shoot),
     Merge(merge::Merge),
     Inspect(inspect::Inspect),
+    Pack(pack::Pack),
     Cast(cast::Cast),
     Irradiance(irradiance::Irradiance),
     Render(Box<render::Render>),
@@ -63,6 +65,7 @@ impl CommandLine {
             Some(Command::Shoot(shoot)) => shoot.run(),
             Some(Command::Merge(merge)) => merge.run(),
             Some(Command::Inspect(inspect)) => inspect.run(),
+            Some(Command::Pack(pack)) => pack.run(),
             Some(Command::Cast(cast)) => cast.run(),
             Some(Command::Irradiance(irradiance)) => irradiance.run(),
             Some(Command::Render(render)) => render.run(),

@@ -8,15 +8,17 @@ pub(crate) enum Signature {
     Utf16,
     Npy,
     Fbx,
+    Index,
 }
 
-const FIRST_BYTES: [(&[u8], Signature); 6] = [
+const FIRST_BYTES: [(&[u8], Signature); 7] = [
     (b"\x1f\x8b", Signature::Gzip),
     (b"PK\x03\x04", Signature::Zip),
     (b"\xff\xfe", Signature::Utf16),
     (b"\xfe\xff", Signature::Utf16),
     (b"\x93NUMPY", Signature::Npy),
     (b"Kaydara FBX", Signature::Fbx),
+    (b"ARBL", Signature::Index),
 ];
 
 impl Signature {
@@ -33,6 +35,7 @@ impl Signature {
             Self::Utf16 => "it is text in UTF-16",
             Self::Npy => "it is a NumPy array",
             Self::Fbx => "it is an FBX file",
+            Self::Index => "it is an index",
         }
     }
 }

@@ -5,7 +5,7 @@ pub mod light;
 pub mod photons;
 pub mod values;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use arboleda::{BuildError, BvhBuild, IndexKind, Level, Options, Resolution, Scene};
@@ -54,6 +54,12 @@ impl OriginArgument {
 }
 
 impl SceneArguments {
+    /// The file, if its name says that it is one of an index, as `pack` writes them.
+    pub fn index_file(&self) -> Option<&Path> {
+        let path = self.file.as_deref()?;
+        path.extension()?.eq_ignore_ascii_case("arb").then_some(path)
+    }
+
     /// Loads the file and logs its warnings, or makes the built-in scene.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ mod hit_files;
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
-use arboleda::{BATCH_SCRATCH, Hit, IndexKind, Ray, RayError, RayIndex};
+use arboleda::{BATCH_SCRATCH, Hit, IndexKind, OwnedIndex, Ray, RayError, RayIndex};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 
@@ -13,15 +13,17 @@ use super::arguments::values::file_ending_in;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
 use crate::bench::progress::during;
 use crate::files::output::{check_writable, write_npy};
-use crate::files::rays;
+use crate::files::rays::{self, RayTable};
 use crate::scene::Model;
-use crate::{Threads, TimedIndex};
+use crate::{Threads, TimedIndex, load_index};
 use hit_files::{HitRecord, normals, write_objects, write_points};
 
 /// Rays of the sample for the automatic selection of an index, evenly spread over the file.
 const SAMPLE_RAYS: usize = 1024;
 
 /// Answer the rays of a NumPy file
+///
+/// SCENE may be a file X.arb that `pack` wrote; then nothing is built.
 ///
 /// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): origin, direction, t_min, t_max. The
 /// defaults are t_min = 0 and t_max = +inf. A direction may have any length but 0; the unit of t is that length.
@@ -86,6 +88,9 @@ impl Cast {
         if table.is_rounded() {
             log::info!("{}: float64 values are rounded to float32", self.rays.display());
         }
+        if let Some(path) = self.scene.index_file() {
+            return self.answer_by_file(path, &table);
+        }
         let model = self.scene.load()?;
         let rays = table.rays(model.origin);
         drop(table);
@@ -107,6 +112,25 @@ impl Cast {
             self.answer(kind, &owned, &rays, &model)?;
         }
         Ok(())
+    }
+
+    /// Answers rays by the index of a file. It has hits only, because not every index shows its triangles.
+    fn answer_by_file(&self, path: &Path, table: &RayTable) -> anyhow::Result<()> {
+        ensure!(
+            self.points.is_none() && self.normals.is_none() && self.object_names.is_none(),
+            "{} is an index: --points, --normals and --object-names need the scene",
+            path.display()
+        );
+        let rays = table.rays([0.0; 3]);
+        report_refused(&rays);
+        let owned = during("reading the index", || load_index(path))?;
+        let name = owned.kind().name();
+        ensure!(
+            !self.index.is_all() && self.index.named().is_none_or(|kind| kind == owned.kind()),
+            "{} is the index {name}; --index names another",
+            path.display()
+        );
+        self.answer(owned.kind(), &owned, &rays, &Model::default())
     }
 
     /// Lists the files that are written for each index.
@@ -135,7 +159,7 @@ impl Cast {
     fn answer(
         &self,
         kind: IndexKind,
-        owned: &TimedIndex,
+        owned: &OwnedIndex,
         rays: &[Result<Ray, RayError>],
         model: &Model,
     ) -> anyhow::Result<()> {

@@ -31,6 +31,9 @@ pub(super) fn format(bytes: &[u8], name: &Path) -> Result<Format, SceneError> {
             Signature::Utf16 => "save it as UTF-8, as by `iconv -f UTF-16 -t UTF-8`",
             Signature::Npy => "rays are given to `cast` by `--rays`",
             Signature::Fbx => "export it as OBJ, PLY, STL or glTF",
+            Signature::Index => {
+                "`cast` and `inspect` read files of indices whose names end in .arb"
+            }
         };
         return Err(SceneError::Foreign { file: name.into(), kind: signature.kind(), cure });
     }

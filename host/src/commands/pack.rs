@@ -1,0 +1,88 @@
+//! `arboleda pack`: the index of a scene to a file, and what such a file holds.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use arboleda::OwnedIndex;
+use clap::Args;
+
+use super::arguments::values::file_ending_in;
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
+use super::output::{bytes, count, say};
+use crate::bench::progress::during;
+use crate::files::output::{check_writable, write_file};
+use crate::{Threads, TimedIndex, load_index};
+
+/// Write the index of a scene to a file, which needs no scene any more
+///
+/// The file has the bytes of the index as they lie in memory, with its triangles: `cast` and `inspect` read it, a
+/// program opens it with `AnyIndex::from_bytes`, firmware includes it with `include_index!`. It can be opened on any
+/// little-endian machine, without being built again. Names of objects, materials and lights are not in it.
+#[derive(Args)]
+pub struct Pack {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Write the index to a file
+    #[arg(long, short, value_name = "X.arb", value_parser = file_ending_in(&["arb"]))]
+    out: PathBuf,
+    #[command(flatten)]
+    index: IndexChoice,
+    #[command(flatten)]
+    build: BuildArguments,
+}
+
+impl Pack {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// If the scene cannot be loaded, the index cannot be built, or the file cannot be written.
+    pub fn run(&self) -> anyhow::Result<()> {
+        check_writable(&self.out)?;
+        let model = self.scene.load()?;
+        let (scene, options) = (self.build.scene(&model), self.build.options());
+        let kind = self.index.kind(&scene, &options)?;
+        let built = || TimedIndex::build_with(kind, &scene, &options, &Threads::default());
+        let owned = during(&format!("building {}", kind.name()), built)
+            .map_err(|error| unbuilt(&error))
+            .with_context(|| format!("cannot build {}", kind.name()))?;
+        write_file(&self.out, |file| file.write_all(owned.as_bytes()))?;
+        describe_index(&self.out, &owned)?;
+        if model.origin != [0.0; 3] {
+            let [x, y, z] = model.origin;
+            log::warn!("the file does not know the origin {x},{y},{z}: subtract it from rays");
+        }
+        Ok(())
+    }
+}
+
+/// Prints what the file of an index holds.
+///
+/// # Errors
+/// If the file cannot be read, or is not an index.
+pub fn describe_file(path: &Path) -> anyhow::Result<()> {
+    describe_index(path, &during("reading the index", || load_index(path))?)
+}
+
+fn describe_index(path: &Path, owned: &OwnedIndex) -> anyhow::Result<()> {
+    let index = owned.index();
+    let (sections, parts) = (index.sections(), index.check()?);
+    say!(
+        "{}: {}, {} triangles in {} cluster{}, {}",
+        path.display(),
+        owned.kind().name(),
+        count(sections.triangle_count().into()),
+        count(sections.cluster_count().into()),
+        if sections.cluster_count() == 1 { "" } else { "s" },
+        bytes(owned.as_bytes().len())
+    );
+    say!(
+        "{} inner nodes, {} leaves, {} references, level {}",
+        count(parts.inner_nodes),
+        count(parts.leaves),
+        count(parts.references),
+        parts.deepest_level
+    );
+    // Validation tells whether an index does harm, not whether it was changed on its way.
+    say!("BLAKE3 {}", blake3::hash(owned.as_bytes()));
+    Ok(())
+}

@@ -1,0 +1,33 @@
+//! Files of indices: the bytes of an index, as they lie in memory.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use arboleda::{OpenError, OwnedIndex};
+use thiserror::Error;
+
+/// Error of reading the file of an index.
+#[derive(Debug, Error)]
+#[error("{}: {problem}", file.display())]
+pub struct IndexFileError {
+    file: PathBuf,
+    problem: Problem,
+}
+
+#[derive(Debug, Error)]
+enum Problem {
+    #[error("cannot be read: {0}")]
+    Unreadable(io::Error),
+    #[error("{0}; `arboleda pack` writes indices")]
+    Unopened(OpenError),
+}
+
+/// Reads an index of any kind from a file, and validates it.
+///
+/// # Errors
+/// If the file cannot be read, or its bytes are not an index that holds its triangles.
+pub fn load_index(path: &Path) -> Result<OwnedIndex, IndexFileError> {
+    let bytes = fs::read(path).map_err(Problem::Unreadable);
+    let index = bytes.and_then(|bytes| OwnedIndex::from_bytes(&bytes).map_err(Problem::Unopened));
+    index.map_err(|problem| IndexFileError { file: path.into(), problem })
+}
