@@ -5,6 +5,7 @@
 //! - The panic handler calls a function that is not defined. So a program links only if the optimiser has removed every
 //!   path to the panic handler.
 //! - No allocator is defined, and the `alloc` crate is not linked.
+//! - The functions of the C interface are exported already, and are linked like those here.
 //!
 //! The optimiser must find out that a check cannot fail. So the proof is for this compiler, at this optimisation level,
 //! without overflow checks. It says nothing about the values, which other tests check.
@@ -17,6 +18,9 @@
 use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 use core::slice;
+
+// The exported functions of the C interface are linked as they are.
+use arboleda_ffi as _;
 
 use arboleda::custom::{RaySpan, kernel, may_overlap};
 use arboleda::kinds::{Clustered, Octree};
