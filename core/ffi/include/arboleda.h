@@ -9,6 +9,19 @@
  *     arb_closest_each, arb_occluded_each                        many rays, the fastest way
  *     arb_describe                      the bytes of an index, to be written to a file
  *
+ * An index that was built elsewhere, and a ray downwards from (x, y, z):
+ *
+ *     static arb_index index;
+ *     arb_error error;
+ *     if (arb_open(&index, bytes, byte_count, NULL, &error) != ARB_OK) {
+ *         puts(error.message);
+ *     }
+ *     arb_ray ray = {{x, y, z}, {0, 0, -1}, 0, INFINITY};
+ *     arb_hit hit;
+ *     if (arb_closest(&index, &ray, &hit) == ARB_OK && hit.triangle != ARB_NO_TRIANGLE) {
+ *         printf("triangle %lu at distance %g\n", (unsigned long)hit.triangle, hit.t);
+ *     }
+ *
  * What holds for all functions:
  *
  * - Memory is the caller's. The library allocates nothing, keeps no state of its own, and starts no threads.
@@ -16,7 +29,8 @@
  * - A pointer is NULL where that is said to be allowed; else memory of the stated length and type lies there. NULL where
  *   it is not allowed, a pointer that is not aligned for its type, a length that no memory has, and outputs that overlap
  *   other arguments are errors. An array of no elements may be NULL.
- * - Structs that a function fills need not be initialised.
+ * - Structs that a function fills need not be initialised. After an error, outputs are as they were, unless it is said
+ *   otherwise.
  * - Any values of numbers are safe, and so are any bytes that are opened. What the library cannot see is undefined, as
  *   everywhere in C: memory that is shorter than stated, freed, or written to by another thread during a call; and bytes
  *   or a mesh that are changed while a handle borrows them.
@@ -50,7 +64,7 @@
 /**
  * Value of arb_options.level: the level is found.
  */
-#define ARB_AUTOMATIC -1
+#define ARB_AUTOMATIC (0 - 1)
 
 /**
  * Value of arb_options.resolution: the number of cells is found.
@@ -119,7 +133,7 @@ enum arb_status
      */
     ARB_LENGTH_OVERFLOW = 3,
     /**
-     * Memory that is written overlaps memory of another argument, or of the index.
+     * Memory that is written overlaps memory of another argument, of the index, or of the mesh beside it.
      */
     ARB_OVERLAP = 4,
     /**
@@ -249,6 +263,8 @@ typedef int32_t arb_status;
 
 /**
  * Kind of an index. The numbers are stable: none is ever used again for another kind.
+ *
+ * If in doubt: ARB_WIDE_BVH for speed, ARB_BVH on a small device, ARB_LEAN_BVH beside a mesh that is kept anyway.
  *
  * All kinds give the same hits, bit for bit; they differ in time and memory. A "hierarchy" divides the scene into
  * clusters first, and has one index for each. A library may be built without some kinds; see ARB_KIND_LEFT_OUT.
@@ -424,8 +440,8 @@ typedef struct arb_options {
 } arb_options;
 
 /**
- * More about an error. A function that takes one accepts NULL too, and fills it whenever it returns, with ARB_OK, zeros
- * and an empty message where it succeeds.
+ * More about an error. A function that takes one accepts NULL too. It fills the struct also where it succeeds, with
+ * ARB_OK, zeros and an empty message.
  */
 typedef struct arb_error {
     /**
@@ -549,7 +565,8 @@ typedef struct arb_description {
 /**
  * Ray: the points origin + t * direction for t_min <= t <= t_max. 32 bytes.
  *
- * origin is finite. direction is finite, not zero, and of any length; t counts in lengths of it. t_min is at most
+ * origin is finite. direction is finite, not zero, and of any length; t counts in lengths of it, so t is a distance if
+ * that length is 1. t_min is at most
  * t_max, neither is NaN, and both may be infinite: 0 and INFINITY of math.h for a half-line, 0 and 1 for a segment
  * whose direction goes from one end to the other.
  */
@@ -646,8 +663,8 @@ arb_status arb_options_default(struct arb_options *options,
                                size_t size);
 
 /**
- * Bounds the scratch bytes of a build, before there are triangles: writes bytes that are enough for `triangle_count`
- * of them. `options` may be NULL for the defaults. Cost: constant.
+ * Bounds the scratch of a build: writes to `scratch_bytes` how many bytes are enough for `triangle_count` triangles,
+ * wherever they lie. `kind` is a number of arb_kind, `options` may be NULL for the defaults. Cost: constant.
  *
  * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_UNKNOWN_KIND, ARB_KIND_LEFT_OUT, ARB_INVALID_OPTION.
  */
@@ -658,9 +675,10 @@ arb_status arb_scratch_bytes(uint32_t kind,
                              struct arb_error *error);
 
 /**
- * Measures what a build takes, by a build that writes nothing but scratch. Cost: that of the build.
+ * Measures what a build takes, by a build that only counts: the exact bytes of the index, and the steps. Cost: that of
+ * the build.
  *
- * `options` may be NULL for the defaults. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes
+ * `kind`, `mesh` and `options` are those of arb_build. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes
  * as arb_scratch_bytes says.
  *
  * Errors: those of arb_build but ARB_INDEX_MEMORY_TOO_SMALL.
@@ -677,17 +695,19 @@ arb_status arb_measure(uint32_t kind,
  * Builds an index of a mesh in the first bytes of `memory`, and opens it.
  *
  * - `index`: the handle to be filled. After an error it is not open; after ARB_OVERLAP it is as it was.
+ * - `kind`: a number of arb_kind.
+ * - `mesh`: copied into the index, and free again after the call, unless arb_options.beside is 1.
  * - `options`: NULL for the defaults.
  * - `memory`: starts at a multiple of ARB_ALIGNMENT bytes. arb_measure says how many bytes are needed; so does a call
  *   with fewer, NULL and 0 for example, in arb_error.needed_bytes. It belongs to the index while the handle is used.
  *   After an error, its contents are undefined.
  * - `scratch`: likewise aligned, as many bytes as arb_scratch_bytes says. Free again after the call.
- * - The mesh is copied, and free again after the call, unless arb_options.beside is 1.
+ * - `error`: receives the reason of a failure; or NULL.
  *
  * The bytes that are written depend on mesh, kind and options only. Cost: at most a multiple of n log n for n
  * triangles, in the caller's thread.
  *
- * Errors: numbers below 30.
+ * Errors: any of arb_status from 1 to 29.
  */
 arb_status arb_build(struct arb_index *index,
                      uint32_t kind,
@@ -710,7 +730,7 @@ arb_status arb_build(struct arb_index *index,
  * Any kind of index is opened. Bytes of any machine of the same byte order are. Cost: linear in `byte_count` and in the
  * mesh.
  *
- * Errors: numbers below 20 and from 40 to 59; ARB_NON_FINITE_VERTEX and ARB_CORNER_OUT_OF_RANGE of a mesh.
+ * Errors: any of arb_status from 1 to 19 and from 40 to 59; ARB_NON_FINITE_VERTEX and ARB_CORNER_OUT_OF_RANGE of a mesh.
  */
 arb_status arb_open(struct arb_index *index,
                     const void *bytes,
@@ -737,7 +757,7 @@ arb_status arb_close(struct arb_index *index);
 /**
  * Checks a ray: ARB_OK if every query takes it.
  *
- * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, and those from 60 to 69.
+ * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, and any of arb_status from 60 to 69.
  */
 arb_status arb_check_ray(const struct arb_ray *ray);
 
@@ -745,7 +765,7 @@ arb_status arb_check_ray(const struct arb_ray *ray);
  * Finds the closest hit of a ray in t_min to t_max, both included; of several at the same t, the triangle with the
  * lowest id. A ray that hits nothing is no error: the hit's triangle is ARB_NO_TRIANGLE.
  *
- * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_NOT_OPEN, and those from 60 to 69. `hit` is then unchanged.
+ * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_NOT_OPEN, and any of arb_status from 60 to 69. `hit` is then unchanged.
  */
 arb_status arb_closest(const struct arb_index *index,
                        const struct arb_ray *ray,
@@ -800,8 +820,8 @@ arb_status arb_occluded_counted(const struct arb_index *index,
                                 struct arb_counters *counters);
 
 /**
- * Bytes of scratch that arb_closest_each and arb_occluded_each use, whatever the index and the number of rays: some 110
- * KiB on x86-64; 0 where scratch makes nothing faster.
+ * Bytes of scratch that arb_closest_each and arb_occluded_each use, whatever the index and the number of rays: about
+ * 110 KiB on x86-64; 0 where scratch makes nothing faster.
  */
 size_t arb_batch_scratch_bytes(void);
 
@@ -814,8 +834,9 @@ size_t arb_batch_scratch_bytes(void);
  *
  * With a scratch, the wide, compact and lean BVH have 64 rays in flight where the processor has AVX2: the fastest way.
  *
- * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP, ARB_NOT_OPEN, and those from 60
- * to 69. All rays are checked first, so `hits` is then unchanged.
+ * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP, ARB_NOT_OPEN, and any of
+ * arb_status from 60 to 69, with the ray's number in arb_error.element. All rays are checked first, so `hits` is then
+ * unchanged.
  */
 arb_status arb_closest_each(const struct arb_index *index,
                             const struct arb_ray *rays,

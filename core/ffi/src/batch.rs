@@ -11,7 +11,7 @@ use arboleda::{BATCH_SCRATCH, Ray};
 
 use crate::error::{Failure, arb_error, arb_status, reported};
 use crate::index::arb_index;
-use crate::memory::{Caller, Input, Output, Region, apart, rays_in};
+use crate::memory::{Caller, Input, Output, apart, borrowed, rays_in};
 use crate::query::{arb_hit, arb_ray};
 
 /// Rays that are converted at once, in a scratch: beginning and end of the 64 in flight then cost little.
@@ -23,8 +23,8 @@ const fn room_for(count: usize) -> usize {
     count * size_of::<Ray>() + align_of::<Ray>()
 }
 
-/// Bytes of scratch that arb_closest_each and arb_occluded_each use, whatever the index and the number of rays: some 110
-/// KiB on x86-64; 0 where scratch makes nothing faster.
+/// Bytes of scratch that arb_closest_each and arb_occluded_each use, whatever the index and the number of rays: about
+/// 110 KiB on x86-64; 0 where scratch makes nothing faster.
 #[unsafe(no_mangle)]
 pub extern "C" fn arb_batch_scratch_bytes() -> usize {
     if BATCH_SCRATCH == 0 { 0 } else { room_for(CHUNK) + BATCH_SCRATCH }
@@ -38,8 +38,9 @@ pub extern "C" fn arb_batch_scratch_bytes() -> usize {
 ///
 /// With a scratch, the wide, compact and lean BVH have 64 rays in flight where the processor has AVX2: the fastest way.
 ///
-/// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP, ARB_NOT_OPEN, and those from 60
-/// to 69. All rays are checked first, so `hits` is then unchanged.
+/// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP, ARB_NOT_OPEN, and any of
+/// arb_status from 60 to 69, with the ray's number in arb_error.element. All rays are checked first, so `hits` is then
+/// unchanged.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn arb_closest_each(
     index: *const arb_index,
@@ -57,8 +58,9 @@ pub unsafe extern "C" fn arb_closest_each(
         let rays = Input::check(rays, ray_count, "rays")?;
         let hits = Output::check(hits, ray_count, "hits")?;
         let scratch = Output::check(scratch.cast::<u8>(), scratch_bytes, "scratch")?;
-        let bytes = Region::of(index.as_bytes(), "the index");
-        apart(&[hits.region(), scratch.region()], &[rays.region(), bytes])?;
+        let outputs = [hits.region(), scratch.region()];
+        apart(&outputs, &[rays.region()])?;
+        apart(&outputs, &borrowed(index))?;
         let rays = checked(caller, rays)?;
         let hits = bytemuck::must_cast_slice_mut(caller.borrow_mut(hits));
         in_chunks(rays, hits, caller.borrow_mut(scratch), |rays, hits, scratch| {
@@ -87,8 +89,9 @@ pub unsafe extern "C" fn arb_occluded_each(
         let rays = Input::check(rays, ray_count, "rays")?;
         let occluded = Output::check(occluded, ray_count, "occluded")?;
         let scratch = Output::check(scratch.cast::<u8>(), scratch_bytes, "scratch")?;
-        let bytes = Region::of(index.as_bytes(), "the index");
-        apart(&[occluded.region(), scratch.region()], &[rays.region(), bytes])?;
+        let outputs = [occluded.region(), scratch.region()];
+        apart(&outputs, &[rays.region()])?;
+        apart(&outputs, &borrowed(index))?;
         let rays = checked(caller, rays)?;
         let occluded = caller.borrow_flags(occluded);
         in_chunks(rays, occluded, caller.borrow_mut(scratch), |rays, occluded, scratch| {

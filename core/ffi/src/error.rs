@@ -22,7 +22,7 @@ pub enum arb_status {
     ARB_MISALIGNED_POINTER = 2,
     /// A length is larger than any memory.
     ARB_LENGTH_OVERFLOW = 3,
-    /// Memory that is written overlaps memory of another argument, or of the index.
+    /// Memory that is written overlaps memory of another argument, of the index, or of the mesh beside it.
     ARB_OVERLAP = 4,
     /// The library has another version of the interface than the header.
     ARB_OTHER_ABI = 5,
@@ -148,8 +148,8 @@ pub extern "C" fn arb_status_text(status: i32) -> *const c_char {
 /// Room for a message in arb_error, its final zero included.
 pub const ARB_MESSAGE_BYTES: usize = 160;
 
-/// More about an error. A function that takes one accepts NULL too, and fills it whenever it returns, with ARB_OK, zeros
-/// and an empty message where it succeeds.
+/// More about an error. A function that takes one accepts NULL too. It fills the struct also where it succeeds, with
+/// ARB_OK, zeros and an empty message.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct arb_error {

@@ -62,8 +62,8 @@ pub struct arb_description {
 /// Bit of the core's kind: the index lies beside a mesh.
 const MESH_BESIDE: u32 = 1 << 18;
 
-/// Bounds the scratch bytes of a build, before there are triangles: writes bytes that are enough for `triangle_count`
-/// of them. `options` may be NULL for the defaults. Cost: constant.
+/// Bounds the scratch of a build: writes to `scratch_bytes` how many bytes are enough for `triangle_count` triangles,
+/// wherever they lie. `kind` is a number of arb_kind, `options` may be NULL for the defaults. Cost: constant.
 ///
 /// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_UNKNOWN_KIND, ARB_KIND_LEFT_OUT, ARB_INVALID_OPTION.
 #[unsafe(no_mangle)]
@@ -85,9 +85,10 @@ pub unsafe extern "C" fn arb_scratch_bytes(
     })
 }
 
-/// Measures what a build takes, by a build that writes nothing but scratch. Cost: that of the build.
+/// Measures what a build takes, by a build that only counts: the exact bytes of the index, and the steps. Cost: that of
+/// the build.
 ///
-/// `options` may be NULL for the defaults. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes
+/// `kind`, `mesh` and `options` are those of arb_build. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes
 /// as arb_scratch_bytes says.
 ///
 /// Errors: those of arb_build but ARB_INDEX_MEMORY_TOO_SMALL.
@@ -121,17 +122,19 @@ pub unsafe extern "C" fn arb_measure(
 /// Builds an index of a mesh in the first bytes of `memory`, and opens it.
 ///
 /// - `index`: the handle to be filled. After an error it is not open; after ARB_OVERLAP it is as it was.
+/// - `kind`: a number of arb_kind.
+/// - `mesh`: copied into the index, and free again after the call, unless arb_options.beside is 1.
 /// - `options`: NULL for the defaults.
 /// - `memory`: starts at a multiple of ARB_ALIGNMENT bytes. arb_measure says how many bytes are needed; so does a call
 ///   with fewer, NULL and 0 for example, in arb_error.needed_bytes. It belongs to the index while the handle is used.
 ///   After an error, its contents are undefined.
 /// - `scratch`: likewise aligned, as many bytes as arb_scratch_bytes says. Free again after the call.
-/// - The mesh is copied, and free again after the call, unless arb_options.beside is 1.
+/// - `error`: receives the reason of a failure; or NULL.
 ///
 /// The bytes that are written depend on mesh, kind and options only. Cost: at most a multiple of n log n for n
 /// triangles, in the caller's thread.
 ///
-/// Errors: numbers below 30.
+/// Errors: any of arb_status from 1 to 29.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn arb_build(
     index: *mut arb_index,
@@ -169,7 +172,7 @@ pub unsafe extern "C" fn arb_build(
 /// Any kind of index is opened. Bytes of any machine of the same byte order are. Cost: linear in `byte_count` and in the
 /// mesh.
 ///
-/// Errors: numbers below 20 and from 40 to 59; ARB_NON_FINITE_VERTEX and ARB_CORNER_OUT_OF_RANGE of a mesh.
+/// Errors: any of arb_status from 1 to 19 and from 40 to 59; ARB_NON_FINITE_VERTEX and ARB_CORNER_OUT_OF_RANGE of a mesh.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn arb_open(
     index: *mut arb_index,

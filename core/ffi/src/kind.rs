@@ -8,6 +8,8 @@ use crate::error::Failure;
 
 /// Kind of an index. The numbers are stable: none is ever used again for another kind.
 ///
+/// If in doubt: ARB_WIDE_BVH for speed, ARB_BVH on a small device, ARB_LEAN_BVH beside a mesh that is kept anyway.
+///
 /// All kinds give the same hits, bit for bit; they differ in time and memory. A "hierarchy" divides the scene into
 /// clusters first, and has one index for each. A library may be built without some kinds; see ARB_KIND_LEFT_OUT.
 #[repr(u32)]
@@ -96,6 +98,7 @@ pub fn of_number(number: u32) -> Result<IndexKind, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::arb_status;
 
     #[test]
     fn numbers_and_names_are_those_of_the_core() {
@@ -104,7 +107,13 @@ mod tests {
             assert_eq!(name, Ok(kind.name()));
             assert!(of_number(kind as u32).is_ok_and(|found| found == kind));
         }
-        assert!(of_number(NAMES.len() as u32).is_err(), "the list of names is complete");
+        for number in 0..NAMES.len() as u32 {
+            let is_here = IndexKind::ALL.iter().any(|kind| *kind as u32 == number);
+            let failure = of_number(number).err().map(|failure| failure.status());
+            assert_eq!(failure, (!is_here).then_some(arb_status::ARB_KIND_LEFT_OUT));
+        }
+        let unknown = of_number(NAMES.len() as u32).err().map(|failure| failure.status());
+        assert_eq!(unknown, Some(arb_status::ARB_UNKNOWN_KIND));
         assert_eq!(arb_kind::ARB_LEAN_BVH_HIERARCHY as usize, NAMES.len() - 1);
     }
 }

@@ -3,8 +3,8 @@
 //! ```text
 //! pointers, lengths --memory--> slices --> arboleda --> status, arb_error
 //! ```
-//! - [`memory`] checks pointers and lengths, and turns them into references. All other code is safe.
-//! - Each exported function begins by taking the caller's promise, [`memory::Caller`], and ends with a status.
+//! - `memory` checks pointers and lengths, and turns them into references. All other code is safe.
+//! - Each exported function begins by taking the caller's promise, `memory::Caller`, and ends with a status.
 //! - Names are those of the header, so that a reader of one finds them in the other.
 //!
 //! # Safety

@@ -11,7 +11,7 @@
 use core::mem::MaybeUninit;
 use core::{ptr, slice};
 
-use arboleda::{AnyIndex, Ray, Triangle, Vec3};
+use arboleda::{AnyIndex, Mesh, Ray, Triangle, Vec3};
 
 use crate::error::{Failure, arb_status};
 use crate::index::arb_index;
@@ -61,6 +61,18 @@ impl Region {
     fn overlaps(&self, other: &Self) -> bool {
         let are_full = self.first < self.end && other.first < other.end;
         are_full && self.first < other.end && other.first < self.end
+    }
+}
+
+/// The addresses of what an index borrows: its bytes and, beside a mesh, the mesh's arrays.
+pub fn borrowed(index: &AnyIndex<'_>) -> [Region; 3] {
+    let bytes = Region::of(index.as_bytes(), "the index");
+    match index.sections().triangles() {
+        Mesh::Triangles(list) => [bytes, Region::of(list, "the index's triangles"), bytes],
+        Mesh::Indexed { vertices, corners } => {
+            let vertices = Region::of(vertices, "the index's vertices");
+            [bytes, vertices, Region::of(corners, "the index's corners")]
+        }
     }
 }
 

@@ -6,8 +6,9 @@ use bytemuck::{Pod, Zeroable};
 use crate::error::{Failure, arb_status, status_of};
 use crate::memory::{Caller, Input, Output};
 
+// A difference, because the header writes it in parentheses.
 /// Value of arb_options.level: the level is found.
-pub const ARB_AUTOMATIC: i32 = -1;
+pub const ARB_AUTOMATIC: i32 = 0 - 1;
 /// Value of arb_options.resolution: the number of cells is found.
 pub const ARB_RESOLUTION_AUTOMATIC: u32 = 0;
 /// Value of arb_options.resolution: arb_options.cells_per_triangle says how many cells.

@@ -5,11 +5,12 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::error::{Failure, arb_status, status_of};
 use crate::index::arb_index;
-use crate::memory::{Caller, Output, Region, apart};
+use crate::memory::{Caller, Output, apart, borrowed};
 
 /// Ray: the points origin + t * direction for t_min <= t <= t_max. 32 bytes.
 ///
-/// origin is finite. direction is finite, not zero, and of any length; t counts in lengths of it. t_min is at most
+/// origin is finite. direction is finite, not zero, and of any length; t counts in lengths of it, so t is a distance if
+/// that length is 1. t_min is at most
 /// t_max, neither is NaN, and both may be infinite: 0 and INFINITY of math.h for a half-line, 0 and 1 for a segment
 /// whose direction goes from one end to the other.
 #[repr(C)]
@@ -70,7 +71,7 @@ pub struct arb_counters {
 
 /// Checks a ray: ARB_OK if every query takes it.
 ///
-/// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, and those from 60 to 69.
+/// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, and any of arb_status from 60 to 69.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn arb_check_ray(ray: *const arb_ray) -> arb_status {
     // SAFETY: the promise of the crate's page.
@@ -81,7 +82,7 @@ pub unsafe extern "C" fn arb_check_ray(ray: *const arb_ray) -> arb_status {
 /// Finds the closest hit of a ray in t_min to t_max, both included; of several at the same t, the triangle with the
 /// lowest id. A ray that hits nothing is no error: the hit's triangle is ARB_NO_TRIANGLE.
 ///
-/// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_NOT_OPEN, and those from 60 to 69. `hit` is then unchanged.
+/// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_NOT_OPEN, and any of arb_status from 60 to 69. `hit` is then unchanged.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn arb_closest(
     index: *const arb_index,
@@ -142,8 +143,7 @@ pub unsafe extern "C" fn arb_all_hits(
         let hits = Output::check(hits, capacity, "hits")?;
         let count = Output::one(hit_count, "hit_count")?;
         let more = Output::one(truncated, "truncated")?;
-        let bytes = Region::of(index.as_bytes(), "the index");
-        apart(&[hits.region(), count.region(), more.region()], &[bytes])?;
+        apart(&[hits.region(), count.region(), more.region()], &borrowed(index))?;
         let buffer = bytemuck::must_cast_slice_mut(caller.borrow_mut(hits));
         let all = index.all_hits(&ray, buffer);
         caller.write(count, all.hits.len());

@@ -36,6 +36,15 @@ fn arguments_that_overlap_are_not_written_to() {
         let statuses = [over_rays, over_index, scratch_over_rays, scratch_over_hits, all];
         assert_eq!(statuses, [ARB_OVERLAP; 5]);
     }
+    let beside = arb_options { beside: 1, ..default_options() };
+    let lean = build(arb_kind::ARB_LEAN_BVH as u32, &given.indexed(), &beside).expect("an index");
+    let mesh =
+        [given.vertices.as_ptr().cast_mut().cast(), given.corners.as_ptr().cast_mut().cast()];
+    for array in mesh {
+        let status =
+            unsafe { arb_closest_each(&lean.index, first, 64, array, null_mut(), 0, null_mut()) };
+        assert_eq!(status, ARB_OVERLAP);
+    }
     assert_eq!(rays, before);
     assert_eq!(bytemuck::cast_slice::<Block, u8>(&built.memory), copy);
 }
