@@ -10,9 +10,8 @@ use crate::memory::{Caller, Output, apart, borrowed};
 /// Ray: the points origin + t * direction for t_min <= t <= t_max. 32 bytes.
 ///
 /// origin is finite. direction is finite, not zero, and of any length; t counts in lengths of it, so t is a distance if
-/// that length is 1. t_min is at most
-/// t_max, neither is NaN, and both may be infinite: 0 and INFINITY of math.h for a half-line, 0 and 1 for a segment
-/// whose direction goes from one end to the other.
+/// that length is 1. t_min is at most t_max, neither is NaN, and both may be infinite: 0 and INFINITY of math.h for a
+/// half-line, 0 and 1 for a segment whose direction goes from one end to the other.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct arb_ray {

@@ -79,7 +79,7 @@ fn every_kind_answers_as_the_core_does() {
     let vertices: Vec<Vec3> = given.vertices.iter().copied().map(Vec3::from).collect();
     let scene = Scene::of(Mesh::Indexed { vertices: &vertices, corners: &given.corners });
     for &kind in IndexKind::ALL {
-        let built = build(kind as u32, &mesh, &default_options()).expect(kind.name());
+        let built = build(kind as u32, &mesh, &default_options()).unwrap();
         let mut scratch =
             vec![
                 Block::ZERO;
@@ -87,7 +87,7 @@ fn every_kind_answers_as_the_core_does() {
             ];
         let mut arena = vec![Block::ZERO; built.memory.len()];
         let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
-        let core = kind.build(&scene, &Options::DEFAULT, arena, scratch).expect(kind.name());
+        let core = kind.build(&scene, &Options::DEFAULT, arena, scratch).unwrap();
         let description = describe(&built.index);
         assert_eq!(description.bytes, built.memory.as_ptr().cast());
         assert_eq!((description.byte_count, description.kind), (built.bytes, kind as u32));
@@ -139,7 +139,7 @@ fn an_index_lies_beside_the_mesh_in_either_form() {
 fn a_mesh_without_triangles_has_an_index_that_nothing_hits() {
     let rays = Given::groups().rays(70);
     for &kind in IndexKind::ALL {
-        let built = build(kind as u32, &no_mesh(), &default_options()).expect(kind.name());
+        let built = build(kind as u32, &no_mesh(), &default_options()).unwrap();
         assert!(closest_each(&built.index, &rays, &mut []).iter().all(|hit| *hit == NO_HIT));
         assert!(closest_each(&built.index, &[], &mut []).is_empty());
     }

@@ -127,14 +127,14 @@ pub struct Built {
 }
 
 /// Builds an index, as a C program does: scratch, measure, build.
-pub fn build(kind: u32, mesh: &arb_mesh, options: &arb_options) -> Result<Built, arb_error> {
+pub fn build(kind: u32, mesh: &arb_mesh, options: &arb_options) -> Result<Built, Box<arb_error>> {
     let mut error = empty_error();
     let mut scratch_bytes = 0;
     let count = mesh.triangle_count;
     let bytes = &mut scratch_bytes;
     let status = unsafe { arb_scratch_bytes(kind, count, options, bytes, &mut error) };
     if status != arb_status::ARB_OK {
-        return Err(error);
+        return Err(Box::new(error));
     }
     let mut scratch = vec![Block::ZERO; Block::count(scratch_bytes)];
     let mut capacity = arb_capacity { index_bytes: 0, scratch_bytes: 0, steps: 0 };
@@ -143,7 +143,7 @@ pub fn build(kind: u32, mesh: &arb_mesh, options: &arb_options) -> Result<Built,
         arb_measure(kind, mesh, options, first, scratch_bytes, &mut capacity, &mut error)
     };
     if status != arb_status::ARB_OK {
-        return Err(error);
+        return Err(Box::new(error));
     }
     assert!(capacity.scratch_bytes <= scratch_bytes && capacity.index_bytes > 0);
     let mut memory = vec![Block::ZERO; Block::count(capacity.index_bytes)];
@@ -153,7 +153,11 @@ pub fn build(kind: u32, mesh: &arb_mesh, options: &arb_options) -> Result<Built,
         let room = memory.as_mut_ptr().cast();
         arb_build(&mut index, kind, mesh, options, room, bytes, first, scratch_bytes, &mut error)
     };
-    if status == arb_status::ARB_OK { Ok(Built { index, memory, bytes }) } else { Err(error) }
+    if status == arb_status::ARB_OK {
+        Ok(Built { index, memory, bytes })
+    } else {
+        Err(Box::new(error))
+    }
 }
 
 /// Asks about rays as a batch.
