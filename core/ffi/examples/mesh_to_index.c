@@ -224,7 +224,7 @@ int main(int argument_count, char **arguments) {
     arb_ray *rays = allocate(ray_count * sizeof *rays);
     arb_hit *hits = allocate(ray_count * sizeof *hits);
     bool *occluded = allocate(ray_count * sizeof *occluded);
-    void *block, *scratch = allocate(scratch_bytes);
+    void *block, *scratch = allocate(scratch_bytes); /* what is in it does not matter */
     uint64_t digest;
 
     if (argument_count < 3) {

@@ -33,8 +33,10 @@ pub extern "C" fn arb_batch_scratch_bytes() -> usize {
 /// Finds the closest hit of each ray: the same bits as arb_closest, in less time.
 ///
 /// - `rays`, `hits`: `ray_count` of each, in the same order.
-/// - `scratch`: memory of the caller at any alignment, arb_batch_scratch_bytes() or more; its contents do not matter.
-///   With fewer bytes, NULL and 0 for example, the answers are the same and take longer. Each thread needs its own.
+/// - `scratch`: memory of the caller at any alignment, arb_batch_scratch_bytes() or more; its contents do not
+///   matter. (Lanes of vectors whose results are not used may read old contents: a memory checker such as valgrind wants
+///   it set to zeros once.) With fewer bytes, NULL and 0 for example, the answers are the same and take longer. Each
+///   thread needs its own.
 ///
 /// With a scratch, the wide, compact and lean BVH have 64 rays in flight where the processor has AVX2: the fastest way.
 ///

@@ -5,4 +5,3 @@ mod answers;
 mod builds;
 mod errors;
 mod given;
-mod header;

@@ -1,6 +1,6 @@
 //! Test of `include/arboleda.h`: it is what the sources say.
 //!
-//! After a change of the interface, `ARBOLEDA_BLESS=1 cargo test -p arboleda-ffi --test interface` writes it again.
+//! After a change of the interface, `ARBOLEDA_BLESS=1 cargo test -p arboleda-ffi --test header` writes it again.
 
 use std::path::Path;
 use std::{env, fs};
@@ -31,7 +31,7 @@ fn header_is_not_stale() {
     let found = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == header,
-        "include/arboleda.h is stale: run `ARBOLEDA_BLESS=1 cargo test -p arboleda-ffi --test interface`"
+        "include/arboleda.h is stale: run `ARBOLEDA_BLESS=1 cargo test -p arboleda-ffi --test header`"
     );
 }
 
