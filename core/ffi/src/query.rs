@@ -166,7 +166,7 @@ pub unsafe extern "C" fn arb_closest_counted(
     status_of(|| {
         let (index, ray) = (caller.index(index)?, caller.read(ray, "ray")?.converted(0)?);
         let to = Output::one(hit, "hit")?;
-        let mut work = Work::read(caller, counters)?;
+        let mut work = Tally::read(caller, counters)?;
         let found = index.closest_hit_counted(&ray, &mut work.counters);
         caller.write(to, bytemuck::must_cast(found.unwrap_or(Hit::NONE)));
         work.write(caller);
@@ -190,7 +190,7 @@ pub unsafe extern "C" fn arb_occluded_counted(
     status_of(|| {
         let (index, ray) = (caller.index(index)?, caller.read(ray, "ray")?.converted(0)?);
         let to = Output::one(occluded, "occluded")?;
-        let mut work = Work::read(caller, counters)?;
+        let mut work = Tally::read(caller, counters)?;
         let found = index.occluded_counted(&ray, &mut work.counters);
         caller.write(to, found);
         work.write(caller);
@@ -199,14 +199,14 @@ pub unsafe extern "C" fn arb_occluded_counted(
 }
 
 /// The caller's counters, and where they lie.
-struct Work {
+struct Tally {
     to: Output<arb_counters>,
     before: arb_counters,
     /// Work of one query, which cannot overflow; the sum wraps.
     counters: Counters,
 }
 
-impl Work {
+impl Tally {
     fn read(caller: Caller, counters: *mut arb_counters) -> Result<Self, Failure> {
         let before = caller.read(counters.cast_const(), "counters")?;
         let to = Output::one(counters, "counters")?;

@@ -136,6 +136,22 @@ fn an_index_lies_beside_the_mesh_in_either_form() {
 }
 
 #[test]
+fn threads_use_one_handle_at_once() {
+    let given = Given::groups();
+    let rays = given.rays(RAYS);
+    let built = build(arb_kind::ARB_WIDE_BVH as u32, &given.indexed(), &default_options()).unwrap();
+    let expected = closest_each(&built.index, &rays, &mut []);
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                let mut scratch = vec![0; arb_batch_scratch_bytes()];
+                assert_eq!(closest_each(&built.index, &rays, &mut scratch), expected);
+            });
+        }
+    });
+}
+
+#[test]
 fn a_mesh_without_triangles_has_an_index_that_nothing_hits() {
     let rays = Given::groups().rays(70);
     for &kind in IndexKind::ALL {
