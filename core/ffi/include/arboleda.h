@@ -24,7 +24,8 @@
  *
  * What holds for all functions:
  *
- * - Memory is the caller's. The library allocates nothing, keeps no state of its own, and starts no threads.
+ * - Memory is the caller's. The library allocates nothing and starts no threads. All that it keeps is which
+ *   vector instructions the processor has.
  * - A function returns ARB_OK or the reason why not. Only the number decides; texts may change.
  * - A pointer is NULL where that is said to be allowed; else memory of the stated length and type lies there. NULL where
  *   it is not allowed, a pointer that is not aligned for its type, a length that no memory has, and outputs that overlap
