@@ -24,8 +24,8 @@
  *
  * What holds for all functions:
  *
- * - Memory is the caller's. The library allocates nothing and starts no threads. All that it keeps is which
- *   vector instructions the processor has.
+ * - Memory is the caller's. The library allocates nothing and starts no threads. All that it keeps is which vector
+ *   instructions the processor has.
  * - A function returns ARB_OK or the reason why not. Only the number decides; texts may change.
  * - A pointer is NULL where that is said to be allowed; else memory of the stated length and type lies there. NULL where
  *   it is not allowed, a pointer that is not aligned for its type, a length that no memory has, and outputs that overlap
@@ -37,8 +37,8 @@
  *   or a mesh that are changed while a handle borrows them.
  * - Threads may use one open arb_index at once, each with outputs and scratch of its own.
  * - Stack: nothing recurses without a bound. On a Cortex-M4, queries and arb_open take at most 8 KiB; a build takes up to
- *   14 KiB for some hundred triangles, and a frame more for each level of a deeper tree. On x86-64, a
- *   query takes at most 9 KiB, a batch 14 KiB, or 26 KiB without a scratch.
+ *   14 KiB for some hundred triangles, and a frame more for each level of a deeper tree. On x86-64, a query takes at
+ *   most 9 KiB, a batch 14 KiB, or 26 KiB without a scratch.
  * - Sizes are bytes in size_t, numbers of things are size_t or uint32_t, coordinates are float in any one unit. Strings
  *   are ASCII. The processor must not flush subnormal numbers to zero.
  *
