@@ -30,9 +30,7 @@ pub mod scene;
 pub mod studies;
 mod vector;
 
-pub use index::{
-    IndexFileError, Threads, TimedIndex, kind_by_name, kind_names, load_index, select_index,
-};
+pub use index::{Threads, TimedIndex, kind_by_name, kind_names, load_index, select_index};
 
 /// Code of the package's page, compiled and run as a doctest.
 #[cfg(doctest)]

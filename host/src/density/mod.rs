@@ -27,9 +27,7 @@ pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
 pub use estimator::{Estimator, EstimatorError, LightField, Work};
 pub use kernel::Kernel;
-pub use photon_map::{
-    Facing, Found, Gather, MapError, MapEstimator, MapFileError, Neighbourhood, PhotonMap,
-};
+pub use photon_map::{Facing, Found, Gather, MapError, MapEstimator, Neighbourhood, PhotonMap};
 pub use radius::{automatic_radius, wanted_photons};
 pub use receiver::Receiver;
 pub use source::{Bounces, PhotonSource};

@@ -1,5 +1,8 @@
 //! Files beside scenes: what a file is, rays from it, and results to it.
 
+mod error;
 pub(crate) mod output;
 pub mod rays;
 pub(crate) mod signature;
+
+pub use error::FileError;

@@ -1,18 +1,12 @@
 //! Files of indices: the bytes of an index, as they lie in memory.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::{fs, io};
 
 use arboleda::{OpenError, OwnedIndex};
 use thiserror::Error;
 
-/// Error of reading the file of an index.
-#[derive(Debug, Error)]
-#[error("{}: {problem}", file.display())]
-pub struct IndexFileError {
-    file: PathBuf,
-    problem: Problem,
-}
+use crate::files::FileError;
 
 #[derive(Debug, Error)]
 enum Problem {
@@ -26,8 +20,8 @@ enum Problem {
 ///
 /// # Errors
 /// If the file cannot be read, or its bytes are not an index that holds its triangles.
-pub fn load_index(path: &Path) -> Result<OwnedIndex, IndexFileError> {
+pub fn load_index(path: &Path) -> Result<OwnedIndex, FileError> {
     let bytes = fs::read(path).map_err(Problem::Unreadable);
     let index = bytes.and_then(|bytes| OwnedIndex::from_bytes(&bytes).map_err(Problem::Unopened));
-    index.map_err(|problem| IndexFileError { file: path.into(), problem })
+    index.map_err(|problem| FileError::new(path, problem))
 }

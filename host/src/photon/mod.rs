@@ -29,8 +29,8 @@ mod wave;
 pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
 pub use shot::{
-    Balance, Counting, Digest, Job, JobPart, Overlap, PartFile, PartFileError, RangeSums,
-    ShootOptions, Shot, missing, shoot, shoot_part,
+    Balance, Counting, Digest, Job, JobPart, Overlap, PartFile, RangeSums, ShootOptions, Shot,
+    missing, shoot, shoot_part,
 };
 pub use stream::CHUNK;
 pub(crate) use stream::{Visitor, stream};

@@ -13,11 +13,12 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use thiserror::Error;
 
 use super::{MOST_PHOTONS, Photon, PhotonMap, normals_of};
+use crate::files::FileError;
 use crate::files::output::write_file;
 use crate::photon::Balance;
 use crate::scene::Model;
@@ -25,14 +26,6 @@ use crate::scene::Model;
 const SIGNATURE: &[u8; 8] = b"ARBOMAP1";
 /// Bytes before the photons.
 const HEADER: usize = 8 + 32 + 10 * 8;
-
-/// Error of reading the file of a photon map.
-#[derive(Debug, Error)]
-#[error("{}: {problem}", file.display())]
-pub struct MapFileError {
-    file: PathBuf,
-    problem: Problem,
-}
 
 #[derive(Debug, Error)]
 enum Problem {
@@ -96,18 +89,17 @@ impl PhotonMap {
     ///
     /// # Errors
     /// If the file cannot be read, is not a photon map, is cut off, or is that of another model.
-    pub fn load(path: &Path, model: &Model) -> Result<Self, MapFileError> {
-        let unreadable =
-            |error| MapFileError { file: path.into(), problem: Problem::Unreadable(error) };
-        Self::read(&fs::read(path).map_err(unreadable)?, path, model)
+    pub fn load(path: &Path, model: &Model) -> Result<Self, FileError> {
+        let bytes = fs::read(path).map_err(Problem::Unreadable);
+        Self::read(&bytes.map_err(|problem| FileError::new(path, problem))?, path, model)
     }
 
     /// Reads a map of a model from the bytes of a file called `name`.
     ///
     /// # Errors
     /// If the bytes are not a photon map, are cut off, or are the map of another model.
-    pub fn read(bytes: &[u8], name: &Path, model: &Model) -> Result<Self, MapFileError> {
-        decode(bytes, model).map_err(|problem| MapFileError { file: name.into(), problem })
+    pub fn read(bytes: &[u8], name: &Path, model: &Model) -> Result<Self, FileError> {
+        decode(bytes, model).map_err(|problem| FileError::new(name, problem))
     }
 }
 

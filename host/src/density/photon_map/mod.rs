@@ -34,7 +34,6 @@ use arboleda::Vec3;
 use bytemuck::{Pod, Zeroable};
 use thiserror::Error;
 
-pub use file::MapFileError;
 pub use gather::{Gather, MapEstimator};
 pub use search::{Facing, Found, Neighbourhood};
 

@@ -13,7 +13,7 @@ mod shoot;
 
 pub use balance::Balance;
 pub use digest::Digest;
-pub use part::{Job, JobPart, Overlap, PartFile, PartFileError, RangeSums, missing};
+pub use part::{Job, JobPart, Overlap, PartFile, RangeSums, missing};
 pub use shoot::{Counting, ShootOptions, shoot, shoot_part};
 
 use arboleda::{Counters, Triangle, TriangleId};

@@ -12,12 +12,13 @@
 use std::fs;
 use std::io;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{Job, JobPart, RangeSums};
+use crate::files::FileError;
 use crate::files::output::write_file;
 
 const SIGNATURE: &[u8; 8] = b"ARBOPART";
@@ -34,14 +35,6 @@ pub struct PartFile {
     pub photons: Range<u64>,
     /// Where and by what the photons were shot, for people.
     pub provenance: String,
-}
-
-/// Error of reading the file of a part.
-#[derive(Debug, Error)]
-#[error("{}: {problem}", file.display())]
-pub struct PartFileError {
-    file: PathBuf,
-    problem: Problem,
 }
 
 #[derive(Debug, Error)]
@@ -79,7 +72,7 @@ impl PartFile {
     ///
     /// # Errors
     /// If the file cannot be read, is not a part, is torn, or contradicts itself.
-    pub fn read(path: &Path) -> Result<Self, PartFileError> {
+    pub fn read(path: &Path) -> Result<Self, FileError> {
         Ok(Self::read_all(path)?.0)
     }
 
@@ -87,15 +80,15 @@ impl PartFile {
     ///
     /// # Errors
     /// The errors of [`read`](Self::read).
-    pub fn read_part(path: &Path) -> Result<JobPart, PartFileError> {
+    pub fn read_part(path: &Path) -> Result<JobPart, FileError> {
         let (Self { photons, .. }, sums) = Self::read_all(path)?;
         Ok(JobPart { photons, sums })
     }
 
-    fn read_all(path: &Path) -> Result<(Self, RangeSums), PartFileError> {
+    fn read_all(path: &Path) -> Result<(Self, RangeSums), FileError> {
         let bytes = fs::read(path).map_err(Problem::Unreadable);
         let read = bytes.and_then(|bytes| decode(&bytes));
-        read.map_err(|problem| PartFileError { file: path.into(), problem })
+        read.map_err(|problem| FileError::new(path, problem))
     }
 }
 

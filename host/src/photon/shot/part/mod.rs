@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use super::digest_tree::DigestTree;
 use super::{Balance, Digest};
-pub use file::{PartFile, PartFileError};
+pub use file::PartFile;
 pub use job::{Job, Overlap, missing};
 
 /// What a range of the photons of a job leaves behind.
