@@ -59,6 +59,8 @@ fn what_an_index_cannot_do_is_said() {
         ("pack --scene fig2 --index all -o b.arb", "--index all"),
         ("pack --scene fig2 -o b.bin", "must end in .arb"),
         ("cast a.arb --rays rays.npy --points p.npy", "need the scene"),
+        ("cast a.arb --rays rays.npy --hits h.npy --origin 1,2,3", "is an index already"),
+        ("inspect a.arb --level 3", "is an index already"),
         ("cast a.arb --rays rays.npy --hits h.npy --index octree", "is the index bvh"),
     ] {
         let said = failure(&run_in(at, &line.split(' ').collect::<Vec<_>>()));

@@ -106,6 +106,7 @@ fn torn_parts_and_wrong_ranges_are_refused() {
         (&["--photon-range", "0..1k"], "--part"),
         (&["--part", "x.part", "--out", "x.npy"], "--out"),
         (&["--part", "x.part", "--index", "all"], "--index all"),
+        (&["--part", "x.part", "--counters"], "--counters"),
     ] {
         let said = failure(&run_in(at, &[&SCENE, more].concat()));
         assert!(said.contains(problem), "{said}");

@@ -9,12 +9,13 @@
  *     arb_closest_each, arb_occluded_each                        many rays, the fastest way
  *     arb_describe                      the bytes of an index, to be written to a file
  *
- * An index that was built elsewhere, and a ray downwards from (x, y, z):
+ * An index that was built elsewhere, and a ray downwards from (x, y, z), whose direction has length 1:
  *
  *     static arb_index index;
  *     arb_error error;
  *     if (arb_open(&index, bytes, byte_count, NULL, &error) != ARB_OK) {
  *         puts(error.message);
+ *         return 1;
  *     }
  *     arb_ray ray = {{x, y, z}, {0, 0, -1}, 0, INFINITY};
  *     arb_hit hit;
@@ -38,7 +39,7 @@
  * - Threads may use one open arb_index at once, each with outputs and scratch of its own.
  * - Stack: nothing recurses without a bound. On a Cortex-M4, queries and arb_open take at most 8 KiB; a build takes up to
  *   14 KiB for some hundred triangles, and a frame more for each level of a deeper tree. On x86-64, a query takes at
- *   most 9 KiB, a batch 14 KiB, or 26 KiB without a scratch.
+ *   most 9 KiB, a batch 14 KiB with a scratch and 26 KiB without.
  * - Sizes are bytes in size_t, numbers of things are size_t or uint32_t, coordinates are float in any one unit. Strings
  *   are ASCII. The processor must not flush subnormal numbers to zero.
  *
@@ -141,7 +142,7 @@ enum arb_status
      */
     ARB_OVERLAP = 4,
     /**
-     * The library has another version of the interface than the header.
+     * The library does not have all of the header's interface: it has another major version, or a lower minor one.
      */
     ARB_OTHER_ABI = 5,
     /**

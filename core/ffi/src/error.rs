@@ -24,7 +24,7 @@ pub enum arb_status {
     ARB_LENGTH_OVERFLOW = 3,
     /// Memory that is written overlaps memory of another argument, of the index, or of the mesh beside it.
     ARB_OVERLAP = 4,
-    /// The library has another version of the interface than the header.
+    /// The library does not have all of the header's interface: it has another major version, or a lower minor one.
     ARB_OTHER_ABI = 5,
     /// The arb_index was not filled by arb_build or arb_open, or was closed.
     ARB_NOT_OPEN = 6,
@@ -106,7 +106,7 @@ const TEXTS: [(arb_status, &CStr); 34] = [
     (ARB_MISALIGNED_POINTER, c"a pointer is not aligned"),
     (ARB_LENGTH_OVERFLOW, c"a length is larger than any memory"),
     (ARB_OVERLAP, c"memory that is written overlaps that of another argument"),
-    (ARB_OTHER_ABI, c"the library has another version of the interface than the header"),
+    (ARB_OTHER_ABI, c"the library does not have all of the header's interface"),
     (ARB_NOT_OPEN, c"the arb_index is not open"),
     (ARB_UNKNOWN_KIND, c"no kind of index has this number"),
     (ARB_KIND_LEFT_OUT, c"the library was built without this kind of index"),

@@ -1,8 +1,9 @@
 //! Connected components of "boxes at most delta apart", by joining a tree of boxes with itself.
 //!
 //! 1. A union-find keeps the components. Primitives that share corners are one already; see `corners`.
-//! 2. Neighbours on the Morton curve are joined next. Components so far are *fragments*. The boxes lie along the curve,
-//!    or by fragment, so that most nodes lie in one: whichever makes smaller nodes.
+//! 2. Neighbours on the Morton curve are joined next. Components so far are *fragments*. The boxes are ordered along
+//!    the curve, or by fragment, so that the boxes below most nodes are of one fragment. The order whose nodes have less
+//!    volume is taken.
 //! 3. The tree of boxes is joined with itself; see `dual_join`.
 //!
 //! # What lost
@@ -33,7 +34,7 @@ pub(super) const fn scratch_bytes(count: usize) -> usize {
         .saturating_add(size_of_slice::<u32>(nodes))
 }
 
-/// Unites, in the union-find `component`, all members whose boxes are at most the root of `delta_squared` apart.
+/// Unites, in the union-find `component`, all members whose boxes are at most `delta` apart; its square is given.
 ///
 /// Reorders `members`. `None` if the scratch is too small.
 pub(super) fn connect(

@@ -23,12 +23,12 @@ use crate::memory::{SortBuffer, nth_smallest, sort_by_digits};
 /// to the next.
 const LEAST_RATIO: f64 = 2.0;
 
-/// Divisor for the least number of primitives below a gap: a gap with less than one in `LEAST_PART_BELOW` of the
-/// primitives below it does not divide. The few smallest triangles of a tessellation (at the pole of a sphere, the lid
+/// Divisor for the least number of primitives below a gap: a gap divides only if at least one in `LEAST_PART_BELOW` of
+/// all primitives is below it. The few smallest triangles of a tessellation (at the pole of a sphere, the lid
 /// of a teapot) are no class. Few *large* primitives are a class: a floor may be two triangles.
 const LEAST_PART_BELOW: usize = 100;
 
-/// The eight-bit digits of an `f64` that hold its exponent, and four bits more.
+/// The eight-bit digits of an `f64` that hold its exponent, and the four bits behind it.
 const EXPONENT: Range<u32> = 6..8;
 
 /// The digits [`EXPONENT`] of a key.

@@ -5,8 +5,8 @@ use crate::query::Counters;
 
 /// Costs of a ray, of a node and of a test in one index. Only their proportions matter.
 ///
-/// Each index states them in [`Described`](crate::custom::Described), for two kinds of processor. The percentage behind
-/// each line is how far the measured times lie from the estimate. Renew all lines together, on one quiet machine.
+/// Each index states them in [`Described`](crate::custom::Described), for two kinds of processor. The percentage beside
+/// each is how far the measured times lie from the estimate. Renew those of all indices together, on one quiet machine.
 ///
 /// # Measured
 /// `WEIGHTS`, for processors with `f64` in hardware:
@@ -22,8 +22,8 @@ use crate::query::Counters;
 /// - Fitted as `WEIGHTS` to the lines that `thumb_cost` of `tests/targets/bare_metal` prints in an emulator, for 24 to
 ///   456 triangles.
 /// - By hand: all indices have the test of the linear scan, because nearly all triangles are missed in `f32`.
-/// - A hit is decided in `f64`, for 95,000 ns in every index; the fit is best with that number. Two of three rays hit
-///   there, so 65,300 ns of the cost of a ray are its hit.
+/// - A hit is decided in `f64`, for 95,000 ns in every index; the fit is best with that number. Of 64 rays 44 hit, so
+///   65,300 ns of the cost of a ray are its hit. That is all of it in wide BVHs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
     /// Cost of each ray.
@@ -38,6 +38,8 @@ impl Weights {
     /// The weights of an index that was never measured. They are so high that it is not preferred for lack of a
     /// measurement.
     pub const UNKNOWN: Self = Self { ray: 100.0, node: 80.0, test: 30.0 };
+    /// As [`UNKNOWN`](Self::UNKNOWN), for a processor that calculates `f64` in software.
+    pub const UNKNOWN_IN_SOFTWARE: Self = Self { ray: 80_000.0, node: 25_000.0, test: 4_000.0 };
 
     /// Estimates the nanoseconds that `rays` rays take, from the counters of all of them.
     pub fn nanoseconds(&self, rays: u64, counters: &Counters) -> f64 {

@@ -10,16 +10,16 @@
 //!    `(1 - r)^2` and `(1 + r)^2`, however far away the origin is.
 //! 2. Nothing over- or underflows, since all inputs are `f32`.
 //! 3. The result is moved by 2^-50 = `8 r` of itself to either side. That covers the exact value.
-//! 4. `start` is subtracted, which rounds a result at most as large as both; the margin covers that too. Then the next
-//!    `f32` beyond is taken, which covers the conversion.
+//! 4. `start` is subtracted, which rounds a result of at most `|t| + |start|`. The margin is taken of that sum, so it
+//!    covers this rounding too. Then the next `f32` beyond is taken, which covers the conversion.
 //!
 //! If `d` is 0, the ray runs along the plane: it is on the low side, on the high side, or in the plane.
 //!
 //! # Far origins
 //! Bounds that are relative to `t` say little about a scene that is small beside its distance: from a million times its
 //! size, no `f32` tells the planes of one side from those of the other. So spans count from `start`, the parameter at
-//! which such a ray enters the scene. A ray is far if its origin is more than 2^8 of the scene's longest side away from
-//! it; then bounds of 2^-21 are below 2^-13 of that side.
+//! which such a ray enters the scene. A ray is far if its origin is more than 2^8 times the scene's longest side away
+//! from the scene. For all other rays, a relative error of 2^-21 is at most 2^-13 of that side.
 
 use glam::{Vec4, Vec4Swizzles};
 
@@ -129,8 +129,8 @@ impl RaySpan {
         self.is_tame.then_some(&self.lanes)
     }
 
-    /// The last parameter that counts if hits count up to `t`: hits whose parameters are rounded to `t` lie up to it.
-    /// What begins beyond need not be entered.
+    /// The largest parameter that a hit can have whose parameter is rounded to `t`. If hits count up to `t`, a part that
+    /// begins beyond need not be entered.
     #[inline]
     pub fn last(&self, t: f32) -> f32 {
         if self.is_tame { t + UNDERFLOW } else { self.last_in_f64(t) }

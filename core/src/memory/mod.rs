@@ -1,4 +1,4 @@
-//! Memory that the caller provides: typed slices of bytes, a growing run of words, and a radix sort.
+//! Memory that the caller provides: typed slices of bytes, a growing run of words, radix sort and selection.
 
 mod arena;
 mod sort;

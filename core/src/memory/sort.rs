@@ -1,6 +1,7 @@
-//! A stable radix sort in caller-provided memory.
+//! Stable radix sort and radix selection, in caller-provided memory.
 //!
-//! LSD radix sort in eight passes of eight bits. A pass is skipped if all keys have the same digit.
+//! The sort takes one pass for each eight-bit digit, the lowest first (LSD). A pass is skipped if all keys have the same
+//! digit.
 //!
 //! # What lost
 //! - The standard library's sort: it may panic where a comparison is inconsistent, and it is not linear.
@@ -103,7 +104,8 @@ fn sort_with(
     }
 }
 
-/// Finds the key that would be at `index` if the keys were sorted; 0 if there are fewer. Keys are moved and overwritten.
+/// Finds the key that would be at `index` if the keys were sorted; `index` is below their number. 0 without keys. Keys are
+/// moved and overwritten.
 ///
 /// Radix selection: the keys that share the digits found so far are kept, and counted by their next digit.
 pub(crate) fn nth_smallest(keys: &mut [u64], index: usize) -> u64 {

@@ -43,7 +43,7 @@ pub trait Described: 'static {
     /// The weights of a query on a processor with `f64` in hardware, as measured; see [`Weights`].
     const WEIGHTS: Weights = Weights::UNKNOWN;
     /// The weights of a query on a processor that calculates `f64` in software; see [`Weights`].
-    const SOFTWARE_WEIGHTS: Weights = Weights::UNKNOWN;
+    const SOFTWARE_WEIGHTS: Weights = Weights::UNKNOWN_IN_SOFTWARE;
 }
 
 /// Spatial index over one group of triangles, written as a run of `u32` words.

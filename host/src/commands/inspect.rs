@@ -49,7 +49,7 @@ impl Inspect {
     /// # Errors
     /// If the scene cannot be loaded, an index cannot be built, or the picture cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
-        if let Some(path) = self.scene.index_file() {
+        if let Some(path) = self.scene.index_file(&self.build)? {
             ensure!(
                 self.picture.is_none(),
                 "--picture paints the clusters of a scene, not of an index"

@@ -16,8 +16,8 @@ use crate::photon::{Digest, JobPart, PartFile, missing};
 /// Put parts of a shot together, which `shoot --part` wrote
 ///
 /// Parts may be shot on any machines, through any indices, in any order; the result is that of one run, to the byte.
-/// They must be of one job: the same scene, --photons, --seed and lights. A photon that is in two parts is an error,
-/// and so is one that is in none.
+/// They must be of one job: the same scene, --photons, --seed and lights. No photon may be in two parts. All photons must
+/// be there, except with --missing or --part.
 #[derive(Args)]
 pub struct Merge {
     /// Files of the parts
@@ -29,7 +29,8 @@ pub struct Merge {
     /// Write the photons and the flux that each side of each triangle received, as `shoot --out` does
     #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]))]
     out: Option<PathBuf>,
-    /// Write the parts as one part, which replaces them; photons may be missing before and behind it
+    /// Write one part that has the photons of all these. Their files stay: leave them out of later merges. There may be no
+    /// gap between the parts; the first and the last photons of the job may be missing
     #[arg(long, value_name = "FILE")]
     part: Option<PathBuf>,
 }
@@ -42,7 +43,7 @@ impl Merge {
     /// cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
         [&self.out, &self.part].into_iter().flatten().try_for_each(|path| check_writable(path))?;
-        // 1. What the parts say about themselves. Their sums are read one after the other, later.
+        // 1. Check each file. Its sums are dropped, and read again in step 2, so that memory holds those of two.
         let mut files: Vec<(&PathBuf, PartFile)> = Vec::new();
         for path in &self.parts {
             let file = PartFile::read(path)?;
@@ -78,11 +79,11 @@ impl Merge {
 
         // 2. The sums, in the order of photons.
         let mut all: Option<JobPart> = None;
-        for (path, _) in &files {
-            let part = PartFile::read_part(path)?;
+        for (path, file) in &files {
+            let part = file.read_part(path)?;
             match &mut all {
                 None => all = Some(part),
-                Some(all) => ensure!(all.join(part), "{} was changed meanwhile", path.display()),
+                Some(all) => ensure!(all.join(part), "{} does not follow", path.display()),
             }
         }
         let all = all.context("no part was named")?;

@@ -13,7 +13,7 @@ use crate::bench::progress::during;
 use crate::files::output::{check_writable, write_file};
 use crate::{Threads, TimedIndex, load_index};
 
-/// Write the index of a scene to a file, which needs no scene any more
+/// Write the index of a scene to a file; the scene is not needed any more
 ///
 /// The file has the bytes of the index as they lie in memory, with its triangles: `cast` and `inspect` read it, a
 /// program opens it with `AnyIndex::from_bytes`, firmware includes it with `include_index!`. It can be opened on any
@@ -49,7 +49,9 @@ impl Pack {
         describe_index(&self.out, &owned)?;
         if model.origin != [0.0; 3] {
             let [x, y, z] = model.origin;
-            log::warn!("the file does not know the origin {x},{y},{z}: subtract it from rays");
+            log::warn!(
+                "the file does not hold the origin {x},{y},{z}: subtract it from the origins of rays"
+            );
         }
         Ok(())
     }

@@ -241,7 +241,7 @@ impl Octants {
         // The fourth lane is NaN, as are those of planes that bound nothing: there, the span itself.
         let from = earliest.larger(Vec4::splat(span.from));
         let to = latest.smaller(Vec4::splat(span.to));
-        // Octants 0 to 3 by the halves in x and y, the lower half in z first.
+        // Four octants by their halves in x and y: those of the near half in z, then those of the far half.
         let (from_near, to_far) = (from.wxwx().larger(from.wwyy()), to.xwxw().smaller(to.yyww()));
         let (from_far, to_near) = (from_near.larger(from.zzzz()), to_far.smaller(to.zzzz()));
         let missed = from_near.above(to_near) | from_far.above(to_far) << 4;
@@ -303,7 +303,8 @@ fn flipped(mask: u32, sign_mask: u32) -> u32 {
     exchanged(exchanged(exchanged(mask, 0, 0x55), 1, 0x33), 2, 0x0f)
 }
 
-/// Number of bits of each byte: processors without an instruction for it count as slowly as they read a table fast.
+/// The number of bits that are set in each byte. A table, because many processors have no instruction that counts bits;
+/// there, reading is faster.
 const ONES: [u8; 256] = {
     let mut ones = [0; 256];
     let mut byte = 1;

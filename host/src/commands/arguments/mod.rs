@@ -23,7 +23,7 @@ use values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
 /// Arguments that name a scene.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArguments {
-    /// Scene file: OBJ, PLY, STL or glTF (.gltf, .glb)
+    /// Scene file: OBJ, PLY, STL or glTF (.gltf, .glb); for `cast` and `inspect` also an index, .arb
     #[arg(value_name = "SCENE", conflicts_with = "scene")]
     file: Option<PathBuf>,
     /// Built-in scene, in place of a file: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N or city-N,
@@ -54,10 +54,21 @@ impl OriginArgument {
 }
 
 impl SceneArguments {
-    /// The file, if its name says that it is one of an index, as `pack` writes them.
-    pub fn index_file(&self) -> Option<&Path> {
-        let path = self.file.as_deref()?;
-        path.extension()?.eq_ignore_ascii_case("arb").then_some(path)
+    /// The file of an index that is named in place of a scene, as `pack` writes them: its name ends in .arb.
+    ///
+    /// # Errors
+    /// If options are given that say how to load a scene or how to build an index.
+    pub fn index_file(&self, build: &BuildArguments) -> anyhow::Result<Option<&Path>> {
+        let ends = |path: &&Path| path.extension().is_some_and(|it| it.eq_ignore_ascii_case("arb"));
+        let path = self.file.as_deref().filter(ends);
+        if let Some(path) = path {
+            anyhow::ensure!(
+                self.origin.get() == Origin::Unchanged && build.is_default(),
+                "{} is an index already: --origin and options of builds are for `pack`",
+                path.display()
+            );
+        }
+        Ok(path)
     }
 
     /// Loads the file and logs its warnings, or makes the built-in scene.
@@ -132,6 +143,11 @@ impl BuildArguments {
             bvh_build: if self.bvh_insertion { BvhBuild::Insertion } else { BvhBuild::Binned },
             ..Options::default()
         }
+    }
+
+    /// Tells whether no option was given another value than its default.
+    pub fn is_default(&self) -> bool {
+        !self.objects && self.options() == Options::default()
     }
 
     /// Makes the scene of a model whose primitives are triangles, or objects with `--objects`.

@@ -23,7 +23,8 @@ const SAMPLE_RAYS: usize = 1024;
 
 /// Answer the rays of a NumPy file
 ///
-/// SCENE may be a file X.arb that `pack` wrote; then nothing is built.
+/// SCENE may be a file X.arb that `pack` wrote; then nothing is built. If the index was packed with `--origin`, subtract
+/// the origin from the origins of the rays: the file does not hold it.
 ///
 /// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): origin, direction, t_min, t_max. The
 /// defaults are t_min = 0 and t_max = +inf. A direction may have any length but 0; the unit of t is that length.
@@ -88,7 +89,7 @@ impl Cast {
         if table.is_rounded() {
             log::info!("{}: float64 values are rounded to float32", self.rays.display());
         }
-        if let Some(path) = self.scene.index_file() {
+        if let Some(path) = self.scene.index_file(&self.build)? {
             return self.answer_by_file(path, &table);
         }
         let model = self.scene.load()?;
@@ -114,7 +115,7 @@ impl Cast {
         Ok(())
     }
 
-    /// Answers rays by the index of a file. It has hits only, because not every index shows its triangles.
+    /// Answers rays by the index of a file. Only hits are written, because not every kind gives its triangles back.
     fn answer_by_file(&self, path: &Path, table: &RayTable) -> anyhow::Result<()> {
         ensure!(
             self.points.is_none() && self.normals.is_none() && self.object_names.is_none(),
@@ -241,8 +242,8 @@ impl Cast {
 /// Rays of a batch: enough that its beginning and its end cost nothing, few enough for all processors to have some.
 const BATCH: usize = 2048;
 
-/// Answers valid rays in batches, each in the scratch of its thread, and makes the records of the answers. An answer is
-/// `none` before its ray is asked about. Other rays are misses.
+/// Answers valid rays in batches, each in the scratch of its thread, and makes the records of the answers. `none` fills
+/// the answers at first. Invalid rays are misses.
 fn per_batch<A: Copy + Sync>(
     rays: &[Result<Ray, RayError>],
     none: A,

@@ -77,7 +77,7 @@ pub struct Shoot {
     #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
     picture: Option<PathBuf>,
     /// Write a part of the shot, which `arboleda merge` puts together with others
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "triangles", "mesh_ply", "photons_ply", "picture"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "triangles", "mesh_ply", "photons_ply", "picture", "counters"])]
     part: Option<PathBuf>,
     /// Photons of the part, out of all N: from photon A to the one before B [default: all]
     #[arg(long, value_name = "A..B", requires = "part", value_parser = range)]
@@ -123,7 +123,9 @@ impl Shoot {
         let sample = sample.flatten();
         let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], Workload::sample));
         // A photon's first ray and, with the usual reflectances, one bounce.
-        let scene = scene.expecting(self.photons.saturating_mul(2));
+        let photons =
+            self.photon_range.as_ref().map_or(self.photons, |range| range.end - range.start);
+        let scene = scene.expecting(photons.saturating_mul(2));
         if let Some(path) = &self.part {
             return self.write_part(path, &model, &scene, &options);
         }

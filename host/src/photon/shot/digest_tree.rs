@@ -1,18 +1,19 @@
 //! Digests of ranges of photons, which combine to the digest of all.
 //!
-//! The digest of a shot is the BLAKE3 hash of the digests of its chunks. BLAKE3 hashes a tree: blocks of 1024 bytes, 32
-//! digests, are its leaves. So a range of photons keeps the values of the largest subtrees that it fills, and what is
-//! left at both ends:
+//! The digest of a shot is the BLAKE3 hash of the digests of its chunks, of 1024 photons each. BLAKE3 hashes a tree. Its
+//! leaves have 1024 bytes, which are 32 digests. So a range of photons keeps the values of the largest subtrees that it
+//! fills, and what is left at both ends:
 //!
 //! ```text
 //! photons of a chunk that was cut | chunks | subtrees of 32, 64, ... chunks | ... | chunks | photons of a cut chunk
 //! ```
 //! Two neighbouring ranges are joined by appending the nodes of one to those of the other; whatever becomes complete is
-//! combined. Ranges may be cut anywhere. A range of any length has some 32 chunks, two nodes a level, and the hits of
-//! less than two chunks.
+//! combined. Ranges may be cut anywhere. Whatever its length, a range keeps at most 62 digests of chunks, two subtrees a
+//! level, and the hits of less than two chunks.
 //!
 //! # Source
-//! J. O'Connor, J. Aumasson, S. Neves, Z. Wilcox-O'Hearn, *BLAKE3*, 2020, section 2.1.
+//! J. O'Connor, J. Aumasson, S. Neves, Z. Wilcox-O'Hearn, *BLAKE3*, 2020, section 2.1. It calls a leaf a
+//! chunk.
 
 use std::ops::Range;
 
@@ -23,10 +24,10 @@ use serde::{Deserialize, Serialize};
 use super::Digest;
 use crate::photon::stream::CHUNK;
 
-/// Chunks whose digests fill a block of BLAKE3.
-const BLOCK: u64 = 32;
-/// Level of a subtree that is one block: it has 2^5 chunks.
-const BLOCK_LEVEL: u32 = BLOCK.trailing_zeros();
+/// Chunks whose digests fill a leaf of BLAKE3.
+const LEAF_CHUNKS: u64 = 32;
+/// Level of a subtree that is one leaf: it has 2^5 chunks.
+const LEAF_LEVEL: u32 = LEAF_CHUNKS.trailing_zeros();
 
 /// Hit as it is hashed: photon (two words), bounce, triangle, `t`, `u`, `v`, each little-endian in the hashed bytes.
 pub(super) type Event = [u32; 7];
@@ -115,13 +116,15 @@ impl DigestTree {
                 let is_whole = chunk.photons(self.photons).as_ref() == Some(&photons);
                 Some((2, if is_whole { chunk } else { Cut { photons, events } }))
             }
-            [.., Chunk { chunk, .. }] if chunk % BLOCK == BLOCK - 1 && self.chunks() > BLOCK => {
-                // 2. The chunks of a block are a subtree.
-                let first = chunk - (BLOCK - 1);
-                let block = &self.nodes[self.nodes.len().checked_sub(BLOCK as usize)?..];
-                let begins = matches!(block[0], Chunk { chunk, .. } if chunk == first);
-                let value = value_of(first, block);
-                begins.then_some((block.len(), Subtree { first, level: BLOCK_LEVEL, value }))
+            [.., Chunk { chunk, .. }]
+                if chunk % LEAF_CHUNKS == LEAF_CHUNKS - 1 && self.chunks() > LEAF_CHUNKS =>
+            {
+                // 2. The chunks of a leaf are a subtree.
+                let first = chunk - (LEAF_CHUNKS - 1);
+                let leaf = &self.nodes[self.nodes.len().checked_sub(LEAF_CHUNKS as usize)?..];
+                let begins = matches!(leaf[0], Chunk { chunk, .. } if chunk == first);
+                let value = value_of(first, leaf);
+                begins.then_some((leaf.len(), Subtree { first, level: LEAF_LEVEL, value }))
             }
             [
                 ..,
@@ -143,8 +146,11 @@ impl DigestTree {
             let is_sound = match node {
                 DigestNode::Cut { photons, events } => {
                     let number = |event: &Event| u64::from(event[1]) << 32 | u64::from(event[0]);
+                    let chunk = photons.start / CHUNK;
+                    let whole = DigestNode::Chunk { chunk, digest: [0; 32] }.photons(all);
                     photons.start < photons.end
-                        && photons.start / CHUNK == (photons.end - 1) / CHUNK
+                        && chunk == (photons.end - 1) / CHUNK
+                        && whole.as_ref() != Some(photons)
                         && events.iter().all(|event| photons.contains(&number(event)))
                 }
                 DigestNode::Chunk { .. } => true,
@@ -152,7 +158,7 @@ impl DigestTree {
                     let length = 1_u64.checked_shl(*level).unwrap_or(0);
                     let is_within =
                         first.checked_add(length).is_some_and(|end| end <= self.chunks());
-                    *level >= BLOCK_LEVEL && first.checked_rem(length) == Some(0) && is_within
+                    *level >= LEAF_LEVEL && first.checked_rem(length) == Some(0) && is_within
                 }
             };
             let photons = node.photons(all).filter(|photons| is_sound && photons.start == end);
@@ -170,7 +176,7 @@ impl DigestTree {
 
     /// Combines the nodes of all photons. Without photons, the digest of nothing.
     pub fn digest(&self) -> Digest {
-        // 1. What does not fill a block is hashed as it is.
+        // 1. What does not fill a leaf is hashed as it is.
         let is_subtree = |node: &DigestNode| matches!(node, DigestNode::Subtree { .. });
         let (subtrees, chunks) = self.nodes.split_at(self.nodes.partition_point(is_subtree));
         let values = subtrees.iter().filter_map(|node| match node {
@@ -209,7 +215,7 @@ fn hasher_of(chunks: &[DigestNode]) -> Hasher {
     hasher
 }
 
-/// The value of chunks that begin a block; they may be fewer than a block.
+/// The value of chunks that begin a leaf; they may not fill it.
 fn value_of(first: u64, chunks: &[DigestNode]) -> [u8; 32] {
     let mut hasher = Hasher::new();
     hasher.set_input_offset(first * 32);
@@ -277,11 +283,12 @@ mod tests {
             DigestNode::Chunk { chunk: u64::MAX, digest: [0; 32] },
             DigestNode::Cut { photons: 5..5, events: Vec::new() },
             DigestNode::Cut { photons: 0..10, events: vec![[10, 0, 0, 0, 0, 0, 0]] },
+            DigestNode::Cut { photons: 0..CHUNK, events: Vec::new() },
         ] {
             let forged = DigestTree { photons: all, nodes: vec![node] };
             assert!(!forged.is_of(&(0..all), all), "{forged:?}");
         }
-        // Chunks of a block that were not combined.
+        // Chunks of a leaf that were not combined.
         let forged = DigestTree { photons: all, nodes: (0..100).map(chunk).collect() };
         assert!(!forged.is_of(&(0..all), all));
     }

@@ -197,7 +197,8 @@ struct ShotVisitor<'s> {
     /// Hits on the front and on the back of each triangle.
     ///
     /// # What lost
-    /// Atomic counters, incremented at each hit. They and sides one by one took a fifth of the time of a shot.
+    /// Atomic counters, incremented at each hit. Together with finding the sides one by one, they took a fifth of the
+    /// time of a shot.
     hits: &'s Mutex<Vec<[u64; 2]>>,
     level: SimdLevel,
     /// True if the photons are not a whole chunk. Then their hits are kept, because the whole chunk is to be hashed.
@@ -240,7 +241,7 @@ impl Visitor for ShotVisitor<'_> {
     }
 }
 
-/// Hits of a chunk. Those of a chunk under way take some 40 KiB, so that only their digest is kept.
+/// Hits of a chunk. Those of a chunk under way take some 40 KiB, so only the digest of a finished one is kept.
 enum ChunkHits {
     Open(Box<OpenChunk>),
     Hashed([u8; 32]),

@@ -20,8 +20,8 @@
 //! No plane divides triangles that lie in one place. There a node becomes a leaf as soon as its share is used up,
 //! however deep the tree is elsewhere.
 //!
-//! Cost: a level files at most `n * allowance` references, each in at most nine steps and those of choosing planes. A
-//! tree of `d` levels takes at most `n * allowance * d` times that many.
+//! Cost: a level files at most `n * allowance` references, each in at most nine steps and those of choosing planes. So a
+//! tree of `d` levels takes at most `d * n * allowance * (9 + looks)` steps.
 
 use super::octants::Division;
 use crate::error::BuildError;
@@ -165,7 +165,7 @@ pub fn gather(ids: &[u32], masks: &[u8], part: u32, to: &mut [u32]) -> usize {
     count
 }
 
-/// State of a build, or of a dry run.
+/// State of a build.
 pub struct Filing<'b, 'g, 's, 'w> {
     pub group: &'b Group<'g>,
     pub words: &'b mut Words<'w>,

@@ -10,8 +10,8 @@
 //! No division depends on what is below it. So a tree that ends at a level is the deeper tree without the nodes below
 //! that level, and its cost follows from the sums over the nodes of each level. The search divides each node once.
 //!
-//! Only the nodes that are divided further are kept, those of one level and what is done of the next, in the memory of
-//! the lists:
+//! The memory of the lists holds the nodes of one depth that are still to be divided, and those of their children that
+//! will be:
 //!
 //! ```text
 //! | next level: node node ... ->      | free |      this level: (taken) node node |
@@ -36,7 +36,7 @@ use crate::input::CostModel;
 use crate::memory::{Words, put};
 use crate::structure::Group;
 
-/// Tree whose level is to be found.
+/// Search for the level of a tree of cells.
 pub struct LevelSearch<'s> {
     pub group: &'s Group<'s>,
     pub model: CostModel,
@@ -44,7 +44,9 @@ pub struct LevelSearch<'s> {
     pub leaf_capacity: u32,
     /// The largest number of references in the tree.
     pub most_references: u64,
+    /// The largest depth of a node. A level is some depths: one in a tree of octants, one for each axis in a tree of planes.
     pub most_depth: u32,
+    /// The number of depths of a level.
     pub depths_per_level: u32,
     /// The number of looks at each triangle that choosing planes takes.
     pub looks: u64,

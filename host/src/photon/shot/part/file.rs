@@ -51,6 +51,8 @@ enum Problem {
     Torn,
     #[error("it contradicts itself")]
     Contradiction,
+    #[error("it was changed meanwhile")]
+    Changed,
 }
 
 impl PartFile {
@@ -76,13 +78,16 @@ impl PartFile {
         Ok(Self::read_all(path)?.0)
     }
 
-    /// Reads a part.
+    /// Reads the part of a file that said this about itself.
     ///
     /// # Errors
-    /// The errors of [`read`](Self::read).
-    pub fn read_part(path: &Path) -> Result<JobPart, FileError> {
-        let (Self { photons, .. }, sums) = Self::read_all(path)?;
-        Ok(JobPart { photons, sums })
+    /// The errors of [`read`](Self::read). If the file says something else by now.
+    pub fn read_part(&self, path: &Path) -> Result<JobPart, FileError> {
+        let (again, sums) = Self::read_all(path)?;
+        if again != *self {
+            return Err(FileError::new(path, Problem::Changed));
+        }
+        Ok(JobPart { photons: again.photons, sums })
     }
 
     fn read_all(path: &Path) -> Result<(Self, RangeSums), FileError> {
