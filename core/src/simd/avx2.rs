@@ -22,10 +22,13 @@ use core::arch::x86_64::{
     _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
 };
 
-use super::lanes::{FAR, LANES, Lanes, LeafRows, Node, Row, sides_of};
+use super::avx2_ray::prepare;
+use super::lanes::{Arithmetic, FAR, LANES, Lanes, LeafRows, Node, Row, sides_of};
 use crate::Vec3;
 use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamped};
-use crate::geometry::{Candidates, DISTANCE, LaneRay, ROUNDED, SUM, Triangle, UNDERFLOW};
+use crate::geometry::{
+    Candidates, DISTANCE, LaneRay, MOST_COORDINATE, ROUNDED, Ray, SUM, Triangle, UNDERFLOW,
+};
 use crate::query::Query;
 
 /// Lanes of traversals that are compiled for AVX2, or for more.
@@ -34,6 +37,20 @@ pub(crate) enum Avx2 {}
 impl Lanes for Avx2 {
     type Keys = __m128i;
     type Numbers = __m256;
+
+    #[inline(always)]
+    fn prepare(
+        ray: &Ray,
+        largest_coordinate: f32,
+        may_hit: impl FnOnce() -> bool,
+        prepared: &mut LaneRay,
+    ) -> Arithmetic {
+        // SAFETY: see `meet_boxes`.
+        if largest_coordinate <= MOST_COORDINATE && unsafe { prepare(ray, prepared) } {
+            return Arithmetic::Lanes;
+        }
+        prepare_unusual(ray, largest_coordinate, may_hit, prepared)
+    }
 
     #[inline(always)]
     fn all(number: f32) -> __m256 {
@@ -100,6 +117,18 @@ impl Lanes for Avx2 {
         // SAFETY: see `meet_boxes`.
         unsafe { judge(triangle, ray, last) }
     }
+}
+
+/// Prepares a ray that [`prepare`] leaves out.
+#[cold]
+#[inline(never)]
+fn prepare_unusual(
+    ray: &Ray,
+    largest_coordinate: f32,
+    may_hit: impl FnOnce() -> bool,
+    prepared: &mut LaneRay,
+) -> Arithmetic {
+    Arithmetic::of(ray, largest_coordinate, may_hit, prepared)
 }
 
 #[inline]

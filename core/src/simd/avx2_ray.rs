@@ -9,11 +9,14 @@ use crate::geometry::{
     EARLIER, LATER, LEAST_DIRECTION, LaneRay, MOST_COORDINATE, MOST_DIRECTION, Ray,
 };
 
-/// Prepares a ray for a scene whose coordinates lanes can take. `None` for a ray that lanes cannot take, or that runs
-/// along an axis or a plane across one.
+/// Prepares a ray for a scene whose coordinates lanes can take. False, and nothing written, for a ray that lanes cannot
+/// take, or that runs along an axis or a plane across one.
+///
+/// It is prepared in place: what a function returns may be copied in wider vectors than it was written in, and the
+/// processor waits for that.
 #[inline]
 #[target_feature(enable = "avx2")]
-pub(crate) fn prepare(ray: &Ray) -> Option<LaneRay> {
+pub(crate) fn prepare(ray: &Ray, prepared: &mut LaneRay) -> bool {
     const ABS: u32 = !(1 << 31);
     let numbers: &[f32; 8] = bytemuck::must_cast_ref(ray);
     let four = |at: usize| -> __m128 {
@@ -30,7 +33,7 @@ pub(crate) fn prepare(ray: &Ray) -> Option<LaneRay> {
     let tame = _mm_and_ps(_mm_cmpge_ps(sizes, least), _mm_cmple_ps(sizes, most));
     let near = _mm_cmple_ps(abs(origin), _mm_set1_ps(MOST_COORDINATE));
     if _mm_movemask_ps(_mm_and_ps(tame, near)) != 0b1111 {
-        return None;
+        return false;
     }
 
     // 2. Compute what `LaneRay::of` does.
@@ -42,13 +45,12 @@ pub(crate) fn prepare(ray: &Ray) -> Option<LaneRay> {
     let y = _mm_shuffle_ps::<0b01_01_01_01>(sizes, sizes);
     let reach = _mm_max_ps(_mm_max_ps(sizes, y), _mm_movehl_ps(sizes, sizes));
     let [reach, ..]: [f32; 4] = bytemuck::must_cast(reach);
-    Some(LaneRay {
-        origin: bytemuck::must_cast(origin),
-        direction: bytemuck::must_cast(direction),
-        enter: bytemuck::must_cast(_mm_mul_ps(inverse, _mm_set1_ps(EARLIER))),
-        leave: bytemuck::must_cast(_mm_mul_ps(inverse, _mm_set1_ps(LATER))),
-        swap: bytemuck::must_cast(swap),
-        reach,
-        t_min: ray.t_min(),
-    })
+    prepared.origin = bytemuck::must_cast(origin);
+    prepared.direction = bytemuck::must_cast(direction);
+    prepared.enter = bytemuck::must_cast(_mm_mul_ps(inverse, _mm_set1_ps(EARLIER)));
+    prepared.leave = bytemuck::must_cast(_mm_mul_ps(inverse, _mm_set1_ps(LATER)));
+    prepared.swap = bytemuck::must_cast(swap);
+    prepared.reach = reach;
+    prepared.t_min = ray.t_min();
+    true
 }

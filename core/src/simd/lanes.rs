@@ -29,25 +29,33 @@ pub(crate) type LeafRows = [Row; LEAF_ROWS as usize];
 pub(crate) const NODE_ROWS: u32 = 8;
 pub(crate) const LEAF_ROWS: u32 = 10;
 
-/// Ray, prepared with the arithmetic that its traversal takes.
-pub(crate) enum PreparedRay {
-    /// Lanes of `f32`.
-    Lanes(LaneRay),
+/// Arithmetic that the traversal of a ray takes.
+pub(crate) enum Arithmetic {
+    /// Lanes of `f32`, for which the ray is prepared.
+    Lanes,
     /// Single boxes and triangles in `f64`, because the bounds of lanes do not hold.
     F64,
     /// No traversal: the ray hits nothing of the tree.
     Missed,
 }
 
-impl PreparedRay {
-    /// Prepares a ray for a scene whose largest coordinate is given. `may_hit` is called only for a ray with a
-    /// component that is 0.
+impl Arithmetic {
+    /// Chooses the arithmetic of a ray in a scene whose largest coordinate is given, and prepares the ray for lanes.
+    /// `may_hit` is called only for a ray with a component that is 0.
     #[inline(always)]
-    pub fn of(ray: &Ray, largest_coordinate: f32, may_hit: impl FnOnce() -> bool) -> Self {
+    pub fn of(
+        ray: &Ray,
+        largest_coordinate: f32,
+        may_hit: impl FnOnce() -> bool,
+        prepared: &mut LaneRay,
+    ) -> Self {
         match LaneRay::of(ray, largest_coordinate) {
             None => Self::F64,
             Some((_, true)) if !may_hit() => Self::Missed,
-            Some((prepared, _)) => Self::Lanes(prepared),
+            Some((lanes, _)) => {
+                *prepared = lanes;
+                Self::Lanes
+            }
         }
     }
 }
@@ -64,6 +72,17 @@ pub(crate) trait Lanes {
     type Keys: Copy;
     /// Vector of eight `f32`.
     type Numbers: Copy;
+
+    /// Chooses the arithmetic of a ray, and prepares the ray; see [`Arithmetic::of`].
+    #[inline(always)]
+    fn prepare(
+        ray: &Ray,
+        largest_coordinate: f32,
+        may_hit: impl FnOnce() -> bool,
+        prepared: &mut LaneRay,
+    ) -> Arithmetic {
+        Arithmetic::of(ray, largest_coordinate, may_hit, prepared)
+    }
 
     /// Splats a number to all lanes.
     fn all(number: f32) -> Self::Numbers;

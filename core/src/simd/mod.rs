@@ -29,7 +29,7 @@ pub(crate) use avx2_judge::{Quad, judge_four};
 pub(crate) use avx2_ray::prepare;
 pub(crate) use candidates::{decide_each, last_t};
 pub(crate) use lanes::{
-    FAR, LANES, LEAF_ROWS, Lanes, LeafRows, NODE_ROWS, Node, PreparedRay, Row, key,
+    Arithmetic, FAR, LANES, LEAF_ROWS, Lanes, LeafRows, NODE_ROWS, Node, Row, key,
 };
 pub(crate) use leaf_test::{test_each, test_triangles};
 pub(crate) use portable::Portable;

@@ -182,8 +182,9 @@ mod tests {
             let Ok(ray) = Ray::with_interval(origin, direction, number(at / 5).abs(), 1e30) else {
                 continue;
             };
+            let mut prepared = LaneRay::IDLE;
             // SAFETY: the processor has AVX2.
-            let prepared = unsafe { prepare(&ray) };
+            let prepared = unsafe { prepare(&ray, &mut prepared) }.then_some(prepared);
             let expected = LaneRay::of(&ray, 0.0).filter(|(_, is_along)| !is_along);
             let bits = |ray: &LaneRay| bytemuck::bytes_of(ray).to_vec();
             // The fourth numbers of the inverses are not used.
@@ -194,7 +195,8 @@ mod tests {
             assert_eq!(prepared.map(used), expected.map(|(ray, _)| used(ray)), "{ray:?}");
         }
         let behind = Ray::with_interval(Vec3::ZERO, Vec3::ONE, -1.0, 1.0).expect("a valid ray");
+        let mut prepared = LaneRay::IDLE;
         // SAFETY: the processor has AVX2.
-        assert!(unsafe { prepare(&behind) }.is_none());
+        assert!(!unsafe { prepare(&behind, &mut prepared) });
     }
 }

@@ -1,6 +1,6 @@
 //! Traversal: one ray, or several rays in turn, through any [`Tree`] of eight boxes a node. Knows no instruction set.
 //!
-//! 1. [`PreparedRay`] chooses the arithmetic of a ray: lanes of `f32`, or single boxes in `f64`.
+//! 1. [`Lanes::prepare`] chooses the arithmetic of a ray: lanes of `f32`, or single boxes in `f64`.
 //! 2. A [`Walk`] enters a node: all eight boxes are tested at once, which gives a key for each child that the ray
 //!    meets.
 //! 3. The child with the least key is entered next, the nearest first. The keys of the others wait on a stack, as one
@@ -20,18 +20,18 @@ use super::tree::{InLanes, Step, Tree};
 use crate::Vec3;
 use crate::geometry::{Aabb, LaneRay, Ray, RaySpan};
 use crate::query::{BatchQuery, Hit, Query};
-use crate::simd::{Lanes, PreparedRay, key, last_t};
+use crate::simd::{Arithmetic, Lanes, key, last_t};
 
 #[inline(always)]
 /// Traverses a tree for one query.
 pub(crate) fn traverse<L: Lanes, T: InLanes<L>, Q: Query>(tree: T, query: &mut Q) {
     let may_hit = || !is_along_flat(tree, query.ray());
-    let ray = match PreparedRay::of(query.ray(), tree.largest(), may_hit) {
-        PreparedRay::Lanes(ray) => ray,
-        PreparedRay::F64 => return walk_in_f64(tree, query),
-        PreparedRay::Missed => return,
-    };
-    let mut walk = Walk::<L>::new(ray, tree.root());
+    let mut walk = Walk::<L>::new(tree.root());
+    match L::prepare(query.ray(), tree.largest(), may_hit, &mut walk.ray) {
+        Arithmetic::Lanes => {}
+        Arithmetic::F64 => return walk_in_f64(tree, query),
+        Arithmetic::Missed => return,
+    }
     while walk.step(tree, query).is_continue() {}
 }
 
@@ -66,13 +66,13 @@ pub(crate) fn traverse_each<L: Lanes, T: InLanes<L>, Q: BatchQuery>(
             turn.query = start(index);
             let Some(query) = &mut turn.query else { break };
             let may_hit = || !is_along_flat(tree, query.ray());
-            match PreparedRay::of(query.ray(), largest, may_hit) {
-                PreparedRay::Lanes(ray) => {
-                    turn.walk.begin(ray, root);
+            match L::prepare(query.ray(), largest, may_hit, &mut turn.walk.ray) {
+                Arithmetic::Lanes => {
+                    turn.walk.begin(root);
                     return;
                 }
-                PreparedRay::F64 => walk_in_f64(tree, query),
-                PreparedRay::Missed => {}
+                Arithmetic::F64 => walk_in_f64(tree, query),
+                Arithmetic::Missed => {}
             }
             finish(index, query.answer());
         }
@@ -121,14 +121,13 @@ impl<L: Lanes> Walk<L> {
         Self { ray: LaneRay::IDLE, next: Step::NOWHERE, stack: ArrayVec::new_const(), height: 0 };
 
     #[inline(always)]
-    fn new(ray: LaneRay, root: Step) -> Self {
-        Self { ray, next: root, stack: ArrayVec::new(), height: 0 }
+    fn new(root: Step) -> Self {
+        Self { ray: LaneRay::IDLE, next: root, stack: ArrayVec::new(), height: 0 }
     }
 
-    /// Starts a walk in place, because most of a walk is memory of its stack.
+    /// Starts the walk of the prepared ray in place, because most of a walk is memory of its stack.
     #[inline(always)]
-    fn begin(&mut self, ray: LaneRay, root: Step) {
-        self.ray = ray;
+    fn begin(&mut self, root: Step) {
         self.next = root;
         self.height = 0;
     }

@@ -5,7 +5,7 @@ use crate::geometry::MOST_COORDINATE;
 use crate::indices::wide::traversal::{is_along_flat, walk_in_f64};
 use crate::indices::wide::tree::Tree;
 use crate::query::{BatchQuery, Hit};
-use crate::simd::{PreparedRay, last_t, prepare};
+use crate::simd::{Arithmetic, last_t, prepare};
 
 /// Batch of queries, of which some are begun.
 pub(super) struct Batch<S, F> {
@@ -57,8 +57,7 @@ pub(super) fn begin<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(
         let index = batch.next;
         let Some(query) = (batch.start)(index) else { break };
         let slot = &mut slots[id];
-        if is_ordinary_scene && let Some(ray) = prepare(query.ray()) {
-            slot.ray = ray;
+        if is_ordinary_scene && prepare(query.ray(), &mut slot.ray) {
             slot.index = index as u32;
             slot.last = last_t(&query);
             batch.next += 1;
@@ -89,15 +88,14 @@ fn find_ray<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(usize, H
         batch.next += 1;
         let Some(mut query) = (batch.start)(index) else { return false };
         let may_hit = || !is_along_flat(tree, query.ray());
-        match PreparedRay::of(query.ray(), tree.largest(), may_hit) {
-            PreparedRay::Lanes(ray) => {
-                slot.ray = ray;
+        match Arithmetic::of(query.ray(), tree.largest(), may_hit, &mut slot.ray) {
+            Arithmetic::Lanes => {
                 slot.index = index as u32;
                 slot.last = last_t(&query);
                 return true;
             }
-            PreparedRay::F64 => walk_in_f64(tree, &mut query),
-            PreparedRay::Missed => {}
+            Arithmetic::F64 => walk_in_f64(tree, &mut query),
+            Arithmetic::Missed => {}
         }
         (batch.finish)(index, query.answer());
     }
