@@ -2,8 +2,7 @@
 //!
 //! - Boxes and eight triangles: the same operations in the same order as in [`Portable`](super::Portable), which the
 //!   compiler turns into much longer code. No FMA, so that both give the same bits.
-//! - [`judge`]: a filter in front of the kernel, in four lanes of `f64`, which needs half the instructions of the
-//!   kernel's own.
+//! - Candidates: the filter of `avx2_judge` in front of the kernel.
 //!
 //! `unsafe` here is calling functions that are compiled for instructions which the processor may not have; see
 //! [`simd`](crate::simd). It is worth about a third of the time of a query.
@@ -11,21 +10,17 @@
 #![allow(unsafe_code, clippy::inline_always)]
 
 use core::arch::x86_64::{
-    __m128i, __m256, __m256i, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps, _mm_cmpeq_ps,
-    _mm_cvtsi128_si32, _mm_minpos_epu16, _mm_movemask_ps, _mm_or_si128, _mm_packus_epi32,
-    _mm_prefetch, _mm_set_ps, _mm_set1_ps, _mm_test_all_ones, _mm256_add_pd, _mm256_add_ps,
-    _mm256_and_ps, _mm256_andnot_pd, _mm256_andnot_ps, _mm256_blend_pd, _mm256_castps_si256,
-    _mm256_castsi256_si128, _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cvtpd_ps, _mm256_cvtps_pd,
-    _mm256_extracti128_si256, _mm256_hadd_pd, _mm256_max_pd, _mm256_max_ps, _mm256_min_ps,
-    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps,
-    _mm256_permute_pd, _mm256_permute2f128_pd, _mm256_permute4x64_pd, _mm256_set_pd,
-    _mm256_set1_pd, _mm256_set1_ps, _mm256_srli_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_xor_ps,
+    __m128i, __m256, _CMP_GT_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_cvtsi128_si32, _mm_minpos_epu16,
+    _mm_or_si128, _mm_prefetch, _mm_test_all_ones, _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps,
+    _mm256_castps_si256, _mm256_castsi256_si128, _mm256_cmp_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permute4x64_epi64, _mm256_set1_ps,
+    _mm256_shuffle_epi8, _mm256_sub_ps, _mm256_xor_ps,
 };
 
+use super::avx2_judge::judge;
 use super::avx2_ray::prepare;
 use super::lanes::{Arithmetic, FAR, LANES, Lanes, LeafRows, Node, Row, sides_of};
-use crate::Vec3;
-use crate::geometry::kernel::{Approximate, Intersection, Verdict, Volumes, clamped};
+use crate::geometry::kernel::Verdict;
 use crate::geometry::{
     Candidates, DISTANCE, LaneRay, MOST_COORDINATE, ROUNDED, Ray, SUM, Triangle, UNDERFLOW,
 };
@@ -80,7 +75,10 @@ impl Lanes for Avx2 {
     fn nearest(keys: __m128i) -> (u16, usize) {
         // SAFETY: see `meet_boxes`.
         let nearest = unsafe { nearest(keys) };
-        (nearest as u16, (nearest >> 16 & 7) as usize)
+        let lane = (nearest >> 16) as usize;
+        // SAFETY: above the key, the instruction gives the lane and zeros.
+        unsafe { core::hint::assert_unchecked(lane < LANES) };
+        (nearest as u16, lane)
     }
 
     #[inline(always)]
@@ -161,6 +159,9 @@ pub(crate) fn meet_planes(
     last: f32,
     planes: impl Fn(usize) -> [__m256; 2],
 ) -> __m128i {
+    const NONE: u8 = 0x80;
+    const UPPER: [[u8; 16]; 2] =
+        [[2, 3, 6, 7, 10, 11, 14, 15, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE]; 2];
     let mut entry = _mm256_set1_ps(ray.t_min);
     let mut exit = _mm256_set1_ps(last);
     for axis in 0..3 {
@@ -175,8 +176,10 @@ pub(crate) fn meet_planes(
     let missed = _mm256_cmp_ps::<_CMP_GT_OQ>(entry, exit);
     // A comparison that holds gives ones, so the key of a box that is not met is `FAR`.
     let keys = _mm256_castps_si256(_mm256_or_ps(entry, missed));
-    let keys: __m256i = _mm256_srli_epi32::<16>(keys);
-    _mm_packus_epi32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys))
+    // The upper halves of the numbers, first within each half of the vector. With AVX-512, compilers make one
+    // instruction of both.
+    let keys = _mm256_shuffle_epi8(keys, bytemuck::must_cast(UPPER));
+    _mm256_castsi256_si128(_mm256_permute4x64_epi64::<0b00_00_10_00>(keys))
 }
 
 /// Finds the lowest key (lower half of the result), and its lane (upper half).
@@ -314,113 +317,4 @@ pub(super) fn meet_corners<Q: Query>(
         sure = bits(and(and(alike, certain), and(before_last, behind_first)));
     }
     Candidates { any: !bits(missed), sure }
-}
-
-/// Filters one triangle: the kernel's `f64` filter in four lanes, with the kernel's bounds. The kernel decides what is
-/// left in doubt, so no answer depends on where doubt begins.
-///
-/// ```text
-/// lane:  0          1      2      3
-///        det * 1    t      u      v       volumes; w = det - u - v
-/// ```
-/// 1. The volumes, as dot products of `n = e1 x e2` and of `q = a x d`, which `turned` computes in all lanes at once.
-/// 2. The bounds on their errors.
-/// 3. The signs of the weights. In doubt: the volumes go to the kernel. Opposite: missed.
-/// 4. The quotients `t`, `u`, `v`, each between two `f32`. Outside the interval: missed. Not the same `f32`: in doubt.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn judge(triangle: &Triangle, ray: &LaneRay, last: f32) -> Verdict {
-    const R: f64 = f64::EPSILON / 2.0;
-    const DET_U_V: i32 = 0b1101;
-    let wide = |four: [f32; 4]| _mm256_cvtps_pd(bytemuck::must_cast(four));
-    let corner = |corner: Vec3| _mm256_cvtps_pd(_mm_set_ps(0.0, corner.z, corner.y, corner.x));
-    let all = |x: f64| _mm256_set1_pd(x);
-    let plus = |x, y| _mm256_add_pd(x, y);
-    let less = |x, y| _mm256_sub_pd(x, y);
-    let times = |x, y| _mm256_mul_pd(x, y);
-    let abs = |x| _mm256_andnot_pd(all(-0.0), x);
-    // Rotates the components to y, z, x.
-    let turned = |x| _mm256_permute4x64_pd::<0b11_00_10_01>(x);
-    let cross = |p, q| turned(less(times(p, turned(q)), times(turned(p), q)));
-
-    // 1. The volumes.
-    let p = corner(triangle.a);
-    let d = wide(ray.direction);
-    let a = less(p, wide(ray.origin));
-    let e1 = less(corner(triangle.b), p);
-    let e2 = less(corner(triangle.c), p);
-    let n = cross(e1, e2);
-    let q = cross(a, d);
-    // Here q is a x d, in `portable` d x a; so u = e2 . q and v = -e1 . q.
-    let det_t = _mm256_hadd_pd(times(d, n), times(a, n));
-    let u_v = _mm256_hadd_pd(times(e2, q), times(less(all(0.0), e1), q));
-    let values = plus(
-        _mm256_permute2f128_pd::<0x20>(det_t, u_v),
-        _mm256_permute2f128_pd::<0x31>(det_t, u_v),
-    );
-
-    // 2. The bounds: the largest components of a, twice, and of the edges, twice.
-    let (size, edge) = (abs(a), _mm256_max_pd(abs(e1), abs(e2)));
-    let largest = _mm256_max_pd(
-        _mm256_permute2f128_pd::<0x20>(size, edge),
-        _mm256_permute2f128_pd::<0x31>(size, edge),
-    );
-    let largest = _mm256_max_pd(largest, _mm256_permute_pd::<0b0101>(largest));
-    let size = _mm256_permute4x64_pd::<0b00_00_00_00>(largest);
-    let edge = _mm256_permute4x64_pd::<0b10_10_10_10>(largest);
-    let reach = all(f64::from(ray.reach));
-    // 48 R D E E, 56 R S E E, 48 R D E S, 48 R D E S
-    let errors = times(
-        times(_mm256_blend_pd::<0b1110>(edge, size), _mm256_blend_pd::<0b0010>(reach, edge)),
-        times(edge, _mm256_set_pd(48.0 * R, 48.0 * R, 56.0 * R, 48.0 * R)),
-    );
-
-    // 3. The signs of det, u and v, and that of w.
-    let enough = times(errors, _mm256_set_pd(1.0, 1.0, 1.0, 1e4));
-    let certain = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(abs(values), enough));
-    let signs = _mm256_movemask_pd(values) & DET_U_V;
-    let [det, _, u, v]: [f64; 4] = bytemuck::must_cast(values);
-    let [edge, _, size, _]: [f64; 4] = bytemuck::must_cast(_mm256_blend_pd::<0b1100>(edge, size));
-    let w = det - u - v;
-    let w_error = 64.0 * R * f64::from(ray.reach) * edge * (edge + 2.0 * size);
-    if certain & DET_U_V != DET_U_V || w.abs() <= w_error {
-        if edge == 0.0 {
-            return Verdict::Missed;
-        }
-        let errors: [f64; 4] = bytemuck::must_cast(errors);
-        let values: [f64; 4] = bytemuck::must_cast(values);
-        let volume = |lane: usize| Approximate { value: values[lane], error: errors[lane] };
-        return Verdict::Doubtful(Volumes {
-            det: volume(0),
-            t: volume(1),
-            u: volume(2),
-            v: volume(3),
-            w: Approximate { value: w, error: w_error },
-        });
-    }
-    if !(signs == 0 && w > 0.0 || signs == DET_U_V && w < 0.0) {
-        return Verdict::Missed;
-    }
-
-    // 4. The quotients, as in the kernel's `Divisor`.
-    let inverse = all(1.0 / det);
-    let quotients = times(values, inverse);
-    let sizes = abs(quotients);
-    let det_error = _mm256_permute4x64_pd::<0>(errors);
-    let error = plus(
-        times(plus(errors, times(sizes, det_error)), times(abs(inverse), all(1.001))),
-        times(sizes, all(4.0 * f64::EPSILON)),
-    );
-    let low = _mm256_cvtpd_ps(less(quotients, error));
-    let high = _mm256_cvtpd_ps(plus(quotients, error));
-    let same = _mm_movemask_ps(_mm_cmpeq_ps(low, high));
-    let [_, t, u, v]: [f32; 4] = bytemuck::must_cast(_mm_add_ps(low, _mm_set1_ps(0.0)));
-    let [_, high, ..]: [f32; 4] = bytemuck::must_cast(high);
-    if high < ray.t_min || t > last {
-        return Verdict::Missed;
-    }
-    if same & 0b1110 != 0b1110 || !t.is_finite() {
-        return Verdict::InDoubt;
-    }
-    Verdict::Hit(Intersection { t, u, v: clamped(u, v) })
 }

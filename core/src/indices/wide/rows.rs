@@ -75,8 +75,8 @@ pub(crate) fn first_lane(edge: u32) -> u32 {
 /// The rows of a node.
 #[inline]
 pub(crate) fn node_at(rows: &[Row], link: u32) -> Option<&Node> {
-    let row = (link & ROW_MASK) as usize;
-    rows.get(row..row + NODE_ROWS as usize)?.try_into().ok()
+    let row = link as usize;
+    rows.get(row..row.checked_add(NODE_ROWS as usize)?)?.try_into().ok()
 }
 
 /// The rows in which a leaf lies.
