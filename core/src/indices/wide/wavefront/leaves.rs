@@ -1,5 +1,7 @@
 //! The two passes of rays at leaves.
 
+use core::hint::select_unpredictable;
+
 use super::begin::Batch;
 use super::room::{QUADS, Room, SLOTS, Slot};
 use crate::geometry::kernel::clamped;
@@ -7,7 +9,7 @@ use crate::indices::wide::tree::InLanes;
 use crate::query::{BatchQuery, Hit, TriangleId};
 use crate::simd::{Avx2, Quad, decide_each, judge_four, last_t};
 
-/// Filters the triangles of each ray's leaf, and judges those that are left.
+/// Filters the triangles of each ray's leaf, and judges those that are left. Any-hit rays that are surely hit are done.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F>(
@@ -25,21 +27,23 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
         }
     }
     let mut count = 0;
+    let (mut kept, mut done) = (0, room.done.count);
     for id in leaves.ids() {
         let Slot { node, lane, .. } = room.slots[id];
-        let first = tree.child(node, lane as usize).and_then(|leaf| tree.first_bundle(leaf));
-        let Some(mut bundle) = first else { continue };
-        loop {
+        let mut next = tree.child(node, lane as usize).and_then(|leaf| tree.first_bundle(leaf));
+        let mut is_hit = false;
+        while let Some(bundle) = next {
             let slot = &mut room.slots[id];
             let found = tree.filter::<Q>(bundle, &slot.ray, slot.last).within(tree.lanes(bundle));
-            if Q::ANY && found.sure != 0 {
-                slot.hit = FOUND;
-                slot.clear_stack();
-                break;
-            }
-            // The first is always written, and kept if there is one. More are rare.
             let mut left = found.any;
-            loop {
+            if Q::ANY {
+                // Without a branch, which would often be mispredicted.
+                is_hit = found.sure != 0;
+                slot.hit.triangle = select_unpredictable(is_hit, FOUND.triangle, slot.hit.triangle);
+                left = select_unpredictable(is_hit, 0, left);
+            }
+            // The first is always written, and kept if there is one. More are rare; for an any-hit query, so is one.
+            while !Q::ANY || left != 0 {
                 let triangle = tree.triangle(bundle, left.trailing_zeros() as usize);
                 room.quads[count / 4 % QUADS].put(count % 4, triangle, id as u32);
                 count += usize::from(left != 0);
@@ -52,9 +56,18 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
                 judge(room, count, batch);
                 count = 0;
             }
-            let Some(next) = tree.next_bundle(bundle) else { break };
-            bundle = next;
+            next = if is_hit { None } else { tree.next_bundle(bundle) };
         }
+        // A ray that is hit needs no other child. Both queues get the id, and one counts it.
+        if Q::ANY {
+            room.done.put(done, id);
+            done += u32::from(is_hit);
+            room.leaves.put(kept, id);
+            kept += u32::from(!is_hit);
+        }
+    }
+    if Q::ANY {
+        (room.leaves.count, room.done.count) = (kept, done);
     }
     judge(room, count, batch);
 }

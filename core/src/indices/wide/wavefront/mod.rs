@@ -23,6 +23,7 @@
 //! - A ray's order of nodes is that of a single ray. What differs is when a hit shortens it, which changes no answer.
 //! - Rays that lanes cannot take are answered when their turn comes to begin. A ray whose stack is too short is
 //!   traversed on its own in the end.
+//! - An any-hit ray is done at the leaf at which a triangle is surely hit. Only triangles that are in doubt are judged.
 //! - `judge` leaves to the kernel whatever its bounds cannot decide, so hits are the same bits.
 //!
 //! # Memory
@@ -50,6 +51,8 @@
 //! - Links beside the keys on the stack, so that a child is taken without its node: 7% of the instructions.
 //! - A ray prepared by [`prepare`](crate::simd::prepare): 4% of the instructions.
 //! - A choice of the stale link without a branch, and a hit that is stored by field: 4%.
+//! - Occluded: no branch on a sure hit, no candidate copied where all are sure, no way through the queues for a ray that
+//!   is done, no comparison with its last `t`: 6 to 15%.
 //!
 //! # What lost
 //! - Candidates by lane and link, and their triangles gathered when they are judged: the compiler spills all 36 numbers,
@@ -91,8 +94,12 @@ macro_rules! compiled_for {
 
             #[inline(never)]
             #[target_feature(enable = $features)]
-            fn take_children<T: InLanes<Avx2>>(tree: T, room: &mut Room, queue: &Queue) {
-                nodes::take_children(tree, room, queue);
+            fn take_children<T: InLanes<Avx2>, Q: BatchQuery>(
+                tree: T,
+                room: &mut Room,
+                queue: &Queue,
+            ) {
+                nodes::take_children::<T, Q>(tree, room, queue);
             }
 
             #[inline(never)]
@@ -149,20 +156,18 @@ macro_rules! compiled_for {
                     slot.stack[0] = Entry::BOTTOM;
                 }
                 begin::begin(tree, room, &Queue::all(), &mut batch);
-                while room.nodes.count + room.leaves.count + room.stale.count + room.others.count
-                    > 0
-                {
+                while room.is_busy() {
                     test_boxes(tree, room);
                     let queue = room.nodes.take();
-                    take_children(tree, room, &queue);
+                    take_children::<T, Q>(tree, room, &queue);
                     nodes::sort(room);
                     renew(tree, room, &mut batch);
                     if room.leaves.count >= ENOUGH || room.nodes.count < ENOUGH {
                         test_leaves(tree, room, &batch);
                         let queue = room.leaves.take();
-                        take_children(tree, room, &queue);
+                        take_children::<T, Q>(tree, room, &queue);
                         let queue = room.stale.take();
-                        take_children(tree, room, &queue);
+                        take_children::<T, Q>(tree, room, &queue);
                     }
                 }
             }

@@ -4,6 +4,7 @@ use core::hint::select_unpredictable;
 
 use super::room::{DONE, GAVE_UP, Queue, Room, SLOTS, STACK, STALE};
 use crate::indices::wide::tree::InLanes;
+use crate::query::Query;
 use crate::simd::{Avx2, Lanes, key};
 
 /// Tests the boxes of each ray's node, and puts the node on the ray's stack.
@@ -36,7 +37,7 @@ pub(super) fn test_boxes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
 /// Takes each ray's nearest child that was not entered yet, of its topmost node that waits, and queues the ray by it.
 #[inline]
 #[target_feature(enable = "avx2")]
-pub(super) fn take_children<T: InLanes<Avx2>>(tree: T, room: &mut Room, queue: &Queue) {
+pub(super) fn take_children<T: InLanes<Avx2>, Q: Query>(tree: T, room: &mut Room, queue: &Queue) {
     let Room { slots, nodes, others, .. } = room;
     let mut node_count = nodes.count;
     let mut count = nodes.count + others.count;
@@ -47,7 +48,8 @@ pub(super) fn take_children<T: InLanes<Avx2>>(tree: T, room: &mut Room, queue: &
         let (nearest, lane) = Avx2::nearest(keys);
         let rest = Avx2::without(keys, lane);
         entry.keys = bytemuck::must_cast(rest);
-        let is_stale = nearest > key(slot.last);
+        // Nothing is ever behind the last `t` of an any-hit query.
+        let is_stale = !Q::ANY && nearest > key(slot.last);
         slot.height -= u32::from(is_stale | !Avx2::any(rest));
         slot.node = entry.node;
         slot.lane = lane as u32;

@@ -153,6 +153,13 @@ pub(crate) struct Room {
 pub(crate) const SCRATCH: usize = size_of::<Room>() + ALIGNMENT - 1;
 
 impl Room {
+    /// Tells whether any ray waits for a pass.
+    #[inline]
+    pub(super) fn is_busy(&self) -> bool {
+        let Self { nodes, others, leaves, stale, done, .. } = self;
+        nodes.count + others.count + leaves.count + stale.count + done.count > 0
+    }
+
     /// Finds room in a caller's bytes; `None` if there are too few.
     pub fn of(scratch: &mut [u8]) -> Option<&mut Self> {
         let skipped = scratch.as_ptr().addr().wrapping_neg() % ALIGNMENT;
