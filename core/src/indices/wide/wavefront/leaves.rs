@@ -3,6 +3,7 @@
 use core::hint::select_unpredictable;
 
 use super::begin::Batch;
+use super::nodes::drop_stale;
 use super::room::{QUADS, Room, SLOTS, Slot};
 use crate::geometry::kernel::clamped;
 use crate::indices::wide::tree::InLanes;
@@ -100,6 +101,7 @@ fn judge<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F>(
             } else if t < slot.last || t == slot.last && id < slot.hit.triangle {
                 slot.hit = Hit { triangle: id, t, u, v: clamped(u, v) };
                 slot.last = t;
+                drop_stale(slot);
             }
         }
         for lane in lanes_of(judged.doubtful & used) {
