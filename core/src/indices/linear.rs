@@ -26,7 +26,7 @@ impl Described for Linear {
     const NAME: &'static str = "linear";
     const HIERARCHY_NAME: &'static str = "linear-hierarchy";
     const FORMAT: u32 = 1;
-    const WEIGHTS: Weights = Weights { ray: 20.4, node: 30.0, test: 15.9 }; // +-8%
+    const WEIGHTS: Weights = Weights { ray: 8.0, node: 9.8, test: 9.2 }; // +-4%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_967.0, node: 7_602.0, test: 1_942.0 }; // +-1%
 }
 

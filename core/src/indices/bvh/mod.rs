@@ -108,7 +108,7 @@ impl Described for Bvh {
     const NAME: &'static str = "bvh";
     const HIERARCHY_NAME: &'static str = "bvh-hierarchy";
     const FORMAT: u32 = 7;
-    const WEIGHTS: Weights = Weights { ray: 12.6, node: 22.8, test: 4.1 }; // +-10%
+    const WEIGHTS: Weights = Weights { ray: 8.0, node: 16.8, test: 2.6 }; // +-21%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 69_210.0, node: 3_034.0, test: 1_942.0 }; // +-1%
 }
 

@@ -38,6 +38,6 @@ impl Described for BspTree {
     const HIERARCHY_NAME: &'static str = "bsp-tree-hierarchy";
     const FORMAT: u32 = 5;
     const COST: CostModel = CostModel::tests_per_node(1.5);
-    const WEIGHTS: Weights = Weights { ray: 12.7, node: 18.1, test: 3.9 }; // +-10%
+    const WEIGHTS: Weights = Weights { ray: 7.8, node: 7.8, test: 2.9 }; // +-20%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 69_413.0, node: 2_149.0, test: 1_942.0 }; // +-2%
 }

@@ -45,6 +45,6 @@ impl Described for KdTree {
     const HIERARCHY_NAME: &'static str = "kd-tree-hierarchy";
     const FORMAT: u32 = 4;
     const COST: CostModel = CostModel::tests_per_node(2.5);
-    const WEIGHTS: Weights = Weights { ray: 12.6, node: 20.5, test: 3.1 }; // +-10%
+    const WEIGHTS: Weights = Weights { ray: 7.8, node: 9.8, test: 2.4 }; // +-14%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_619.0, node: 2_677.0, test: 1_942.0 }; // +-4%
 }

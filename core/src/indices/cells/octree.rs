@@ -73,6 +73,6 @@ impl Described for Octree {
     const HIERARCHY_NAME: &'static str = "octree-hierarchy";
     const FORMAT: u32 = 12;
     const COST: CostModel = CostModel::tests_per_node(5.0);
-    const WEIGHTS: Weights = Weights { ray: 12.9, node: 31.7, test: 6.1 }; // +-13%
+    const WEIGHTS: Weights = Weights { ray: 7.9, node: 12.6, test: 4.0 }; // +-17%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_843.0, node: 4_305.0, test: 1_942.0 }; // +-4%
 }

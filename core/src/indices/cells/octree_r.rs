@@ -56,6 +56,6 @@ impl Described for OctreeR {
     const HIERARCHY_NAME: &'static str = "octree-r-hierarchy";
     const FORMAT: u32 = 3;
     const COST: CostModel = CostModel::tests_per_node(4.0);
-    const WEIGHTS: Weights = Weights { ray: 12.7, node: 28.4, test: 7.5 }; // +-11%
+    const WEIGHTS: Weights = Weights { ray: 7.9, node: 11.9, test: 4.0 }; // +-15%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 68_822.0, node: 4_440.0, test: 1_942.0 }; // +-6%
 }

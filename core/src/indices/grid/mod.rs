@@ -177,7 +177,7 @@ impl Described for UniformGrid {
     const HIERARCHY_NAME: &'static str = "grid-hierarchy";
     const FORMAT: u32 = 13;
     const COST: CostModel = CostModel::tests_per_node(4.0);
-    const WEIGHTS: Weights = Weights { ray: 13.3, node: 30.6, test: 8.4 }; // +-16%
+    const WEIGHTS: Weights = Weights { ray: 8.1, node: 13.5, test: 6.7 }; // +-20%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 70_021.0, node: 5_417.0, test: 1_942.0 }; // +-7%
     const USES_RAYS: bool = true;
 }

@@ -67,7 +67,7 @@ impl Described for WideBvh {
     const NAME: &'static str = "wide-bvh";
     const HIERARCHY_NAME: &'static str = "wide-bvh-hierarchy";
     const FORMAT: u32 = 9;
-    const WEIGHTS: Weights = Weights { ray: 4.1, node: 26.9, test: 0.5 }; // +-14%
+    const WEIGHTS: Weights = Weights { ray: 2.3, node: 9.5, test: 4.9 }; // +-9%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 65_300.0, node: 8_025.0, test: 1_942.0 }; // +-1%
 }
 

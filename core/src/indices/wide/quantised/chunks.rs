@@ -104,7 +104,7 @@ impl Described for CompactBvh {
     const NAME: &'static str = "compact-bvh";
     const HIERARCHY_NAME: &'static str = "compact-bvh-hierarchy";
     const FORMAT: u32 = 10;
-    const WEIGHTS: Weights = Weights { ray: 17.4, node: 19.7, test: 8.1 }; // +-14%
+    const WEIGHTS: Weights = Weights { ray: 0.7, node: 11.5, test: 6.3 }; // +-8%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 65_300.0, node: 11_120.0, test: 1_942.0 }; // +-1%
 }
 

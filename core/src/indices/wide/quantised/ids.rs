@@ -71,7 +71,7 @@ impl Described for LeanBvh {
     const NAME: &'static str = "lean-bvh";
     const HIERARCHY_NAME: &'static str = "lean-bvh-hierarchy";
     const FORMAT: u32 = 11;
-    const WEIGHTS: Weights = Weights { ray: 21.0, node: 19.2, test: 12.4 }; // +-8%
+    const WEIGHTS: Weights = Weights { ray: 2.6, node: 10.6, test: 11.1 }; // +-13%
     const SOFTWARE_WEIGHTS: Weights = Weights { ray: 65_300.0, node: 12_600.0, test: 1_942.0 }; // +-1%
 }
 
