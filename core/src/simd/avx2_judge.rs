@@ -74,7 +74,7 @@ pub(crate) struct Judged {
 #[target_feature(enable = "avx2")]
 pub(crate) fn judge_four(quad: &Quad, rays: [&LaneRay; 4], last: [f32; 4]) -> Judged {
     const R: f64 = f64::EPSILON / 2.0;
-    type Points = [__m256d; 3];
+    type QuadPoints = [__m256d; 3];
     let wide = |four: [f32; 4]| _mm256_cvtps_pd(bytemuck::must_cast(four));
     let all = |x: f64| _mm256_set1_pd(x);
     let plus = |x, y| _mm256_add_pd(x, y);
@@ -82,13 +82,17 @@ pub(crate) fn judge_four(quad: &Quad, rays: [&LaneRay; 4], last: [f32; 4]) -> Ju
     let times = |x, y| _mm256_mul_pd(x, y);
     let larger = |x, y| _mm256_max_pd(x, y);
     let abs = |x| _mm256_andnot_pd(all(-0.0), x);
-    let minus = |a: Points, b: Points| [less(a[0], b[0]), less(a[1], b[1]), less(a[2], b[2])];
-    let dot =
-        |a: Points, b: Points| plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]));
-    let minor =
-        |a: Points, b: Points, i: usize, j: usize| less(times(a[i], b[j]), times(a[j], b[i]));
-    let cross = |a: Points, b: Points| [minor(a, b, 1, 2), minor(a, b, 2, 0), minor(a, b, 0, 1)];
-    let largest = |a: Points| larger(larger(abs(a[0]), abs(a[1])), abs(a[2]));
+    let minus =
+        |a: QuadPoints, b: QuadPoints| [less(a[0], b[0]), less(a[1], b[1]), less(a[2], b[2])];
+    let dot = |a: QuadPoints, b: QuadPoints| {
+        plus(plus(times(a[0], b[0]), times(a[1], b[1])), times(a[2], b[2]))
+    };
+    let minor = |a: QuadPoints, b: QuadPoints, i: usize, j: usize| {
+        less(times(a[i], b[j]), times(a[j], b[i]))
+    };
+    let cross =
+        |a: QuadPoints, b: QuadPoints| [minor(a, b, 1, 2), minor(a, b, 2, 0), minor(a, b, 0, 1)];
+    let largest = |a: QuadPoints| larger(larger(abs(a[0]), abs(a[1])), abs(a[2]));
     let above = |x, y| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(x, y)) as u32;
     let signs = |x| _mm256_movemask_pd(x) as u32;
 

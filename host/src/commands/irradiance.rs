@@ -44,14 +44,14 @@ pub struct Irradiance {
 
 /// Row of the file of estimates.
 #[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]
-struct Row {
+struct EstimateRow {
     irradiance: [f32; 3],
     count: u32,
     radius: f32,
     standard_error: f32,
 }
 
-impl From<&Estimate> for Row {
+impl From<&Estimate> for EstimateRow {
     fn from(estimate: &Estimate) -> Self {
         let Estimate { irradiance, count, radius, standard_error } = *estimate;
         Self { irradiance, count, radius, standard_error }
@@ -98,9 +98,9 @@ impl Irradiance {
         let mut next = estimates.iter();
         let mut row = |receiver: &Option<Receiver>| {
             let estimate = receiver.as_ref().and_then(|_| next.next());
-            Row::from(estimate.unwrap_or(&Estimate::default()))
+            EstimateRow::from(estimate.unwrap_or(&Estimate::default()))
         };
-        let rows: Vec<Row> = receivers.iter().map(&mut row).collect();
+        let rows: Vec<EstimateRow> = receivers.iter().map(&mut row).collect();
         write_npy(&self.out, &[rows.len()], &rows)?;
 
         // 4. Summary.

@@ -9,7 +9,7 @@ use thiserror::Error;
 use crate::files::FileError;
 
 #[derive(Debug, Error)]
-enum Problem {
+enum IndexProblem {
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
     #[error("{0}; `arboleda pack` writes indices")]
@@ -21,7 +21,8 @@ enum Problem {
 /// # Errors
 /// If the file cannot be read, or its bytes are not an index that holds its triangles.
 pub fn load_index(path: &Path) -> Result<OwnedIndex, FileError> {
-    let bytes = fs::read(path).map_err(Problem::Unreadable);
-    let index = bytes.and_then(|bytes| OwnedIndex::from_bytes(&bytes).map_err(Problem::Unopened));
+    let bytes = fs::read(path).map_err(IndexProblem::Unreadable);
+    let index =
+        bytes.and_then(|bytes| OwnedIndex::from_bytes(&bytes).map_err(IndexProblem::Unopened));
     index.map_err(|problem| FileError::new(path, problem))
 }

@@ -98,9 +98,9 @@ pub fn sphere(centre: Vec3, radius: f32, level: u32) -> Vec<Triangle> {
 }
 
 /// Collects segments.
-pub(crate) struct Collector;
+pub(crate) struct SegmentCollector;
 
-impl Visitor for Collector {
+impl Visitor for SegmentCollector {
     type State = Vec<Segment>;
 
     fn begin(&self) -> Vec<Segment> {

@@ -53,7 +53,7 @@ pub(crate) trait Visitor: Sync {
     fn visit(&self, _: &mut Self::State, _: &Segment) {}
     /// Receives the segments of a wave; by default, `visit` receives one after the other.
     #[inline]
-    fn visit_part(&self, state: &mut Self::State, part: &wave::Part<'_>) {
+    fn visit_part(&self, state: &mut Self::State, part: &wave::WavePart<'_>) {
         for segment in part.segments() {
             self.visit(state, &segment);
         }

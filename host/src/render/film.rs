@@ -1,6 +1,6 @@
 //! Film: values of the pixels of a picture, as the mean of its passes.
 
-use super::samples::{Glow, Share};
+use super::samples::{Glow, PixelShare};
 use crate::density::Estimate;
 
 /// Values of a pixel.
@@ -85,7 +85,7 @@ impl Film {
     /// Adds an estimate to a `part` of a pixel, with the radiance that the surface reflects.
     pub(super) fn add(
         &mut self,
-        share: &Share,
+        share: &PixelShare,
         part: f32,
         estimate: &Estimate,
         reflected: [f32; 3],
@@ -106,7 +106,7 @@ impl Film {
         }
     }
 
-    pub(super) fn add_emitted(&mut self, share: &Share, part: f32, glow: &Glow) {
+    pub(super) fn add_emitted(&mut self, share: &PixelShare, part: f32, glow: &Glow) {
         if let (Some(pixel), Some(radiance)) =
             (self.pixels.get_mut(share.pixel as usize), glow.seen(share.triangle, share.front))
         {

@@ -23,6 +23,6 @@ mod viewpoint;
 pub use film::{Film, Pixel};
 pub use output::{Look, Quantity, Range, Unit, exposure_of, paint, to_srgb, write_values};
 pub use passes::{Passes, Progress, RenderError, Summary, render};
-pub use samples::{Sampling, Share, TileSamples};
+pub use samples::{PixelShare, Sampling, TileSamples};
 pub use snapshot::{Exposed, Snapshot};
 pub use viewpoint::viewpoint;

@@ -40,7 +40,7 @@ impl Sampling {
 
 /// Share of a pixel that one receiver stands for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Share {
+pub struct PixelShare {
     /// Number of the pixel, row by row.
     pub pixel: u32,
     /// Triangle that was hit.
@@ -59,7 +59,7 @@ pub struct TileSamples {
     /// Points and normals.
     pub receivers: Vec<Receiver>,
     /// For each receiver, its share of a pixel.
-    pub shares: Vec<Share>,
+    pub shares: Vec<PixelShare>,
     /// Primary rays cast.
     pub rays: u64,
 }
@@ -129,7 +129,7 @@ impl TileSamples {
         let hits = batch::closest_hits(index, &rays, scratch);
 
         // 2. Hits of a pixel on the same triangle are merged.
-        let mut found: Vec<(Receiver, Share)> = Vec::new();
+        let mut found: Vec<(Receiver, PixelShare)> = Vec::new();
         let mut merged: Vec<Merged> = Vec::new();
         let mut hits = rays.iter().zip(&hits).peekable();
         while let Some(((pixel, ray), hit)) = hits.next() {
@@ -193,12 +193,12 @@ fn merge(merged: &mut Vec<Merged>, sampling: Sampling, model: &Model, ray: &Ray,
 }
 
 impl Merged {
-    fn finish(self, pixel: u32, model: &Model) -> Option<(Receiver, Share)> {
+    fn finish(self, pixel: u32, model: &Model) -> Option<(Receiver, PixelShare)> {
         let triangle = model.triangles.get(self.triangle as usize)?;
         let normal = triangle.normal();
         let front = Vector64::from(normal).dot(self.direction.into()) <= 0.0;
         let position = (self.sum / f64::from(self.rays)).rounded();
-        let share = Share {
+        let share = PixelShare {
             pixel,
             triangle: self.triangle,
             front,

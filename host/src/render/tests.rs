@@ -70,7 +70,7 @@ impl Progress for Counter {
 }
 
 /// Picture to render: estimator, photons and passes, by indices of one kind over the triangles and over the discs.
-struct Job {
+struct PictureJob {
     estimator: Estimator,
     kind: IndexKind,
     photons: u64,
@@ -78,7 +78,7 @@ struct Job {
     passes: u32,
 }
 
-fn film_of(model: &Model, camera: Camera, job: &Job) -> (Film, Summary) {
+fn film_of(model: &Model, camera: Camera, job: &PictureJob) -> (Film, Summary) {
     let (counter, lit) = (Counter::default(), Lit::with(model.clone(), job.kind));
     let sampling = Sampling { side: 2, merged_within: 0.02 };
     let (film, summary) = rendered(&lit, camera, sampling, job, &counter).unwrap();
@@ -93,10 +93,10 @@ fn rendered(
     lit: &Lit,
     camera: Camera,
     sampling: Sampling,
-    job: &Job,
+    job: &PictureJob,
     counter: &Counter,
 ) -> Result<(Film, Summary), RenderError> {
-    let Job { estimator, kind: disc_kind, photons, final_gather, passes } = *job;
+    let PictureJob { estimator, kind: disc_kind, photons, final_gather, passes } = *job;
     lit.shoot(photons, |source| {
         let source = source.clone();
         let passes = Passes {
@@ -159,7 +159,7 @@ fn one_digest_for_every_index_and_any_number_of_threads() {
         for (number, &kind) in IndexKind::ALL.iter().enumerate() {
             let threads = [1, 2, 3, 8][number % 4];
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let job = Job { estimator, kind, photons: 3_000, final_gather, passes: 2 };
+            let job = PictureJob { estimator, kind, photons: 3_000, final_gather, passes: 2 };
             let (film, _) = pool.install(|| film_of(&model, camera(size), &job));
             assert!(
                 film.pixels().iter().all(|pixel| pixel.radiance().iter().all(|x| x.is_finite()))
@@ -188,7 +188,7 @@ fn a_furnace_is_as_bright_everywhere() {
         (visible_map_estimator(map), 8),
     ] {
         let kind = IndexKind::WideBvh;
-        let job = Job { estimator, kind, photons: 300_000, final_gather, passes: 1 };
+        let job = PictureJob { estimator, kind, photons: 300_000, final_gather, passes: 1 };
         let (film, summary) = film_of(&model, camera, &job);
         assert_eq!(summary.primary_rays, 64 * 64 * 4);
         // E = 2 W/m2, L = 0.5 * 2 / pi. 800 photons a disc; in the corners a quarter of them.
@@ -216,8 +216,13 @@ fn final_gathering_makes_indirect_light_smooth() {
         Camera::at(Vec3::new(1.0, 1.0, 1.4), Vec3::new(1.0, 1.0, 0.0), Vec3::Y, 40.0, (24, 24));
     let spread = |final_gather: u32| {
         let estimator = plane(0.05, Kernel::Constant, Domain::Disc);
-        let job =
-            Job { estimator, kind: IndexKind::WideBvh, photons: 50_000, final_gather, passes: 1 };
+        let job = PictureJob {
+            estimator,
+            kind: IndexKind::WideBvh,
+            photons: 50_000,
+            final_gather,
+            passes: 1,
+        };
         let (film, _) = film_of(&model, camera.unwrap(), &job);
         let values = film.pixels().iter().map(|pixel| f64::from(pixel.mean_irradiance()));
         let (mean, squares) = values.fold((0.0, 0.0), |(mean, squares), value| {
@@ -242,7 +247,7 @@ fn passes_make_the_error_smaller() {
         let (film, _) = film_of(
             &model,
             camera,
-            &Job { estimator, kind, photons: 50_000, final_gather: 0, passes },
+            &PictureJob { estimator, kind, photons: 50_000, final_gather: 0, passes },
         );
         // The middle of the floor is 23.945647 W/m2; the mean over a disc of 0.2 is 23.407470.
         let middle = film.pixels()[32 * 64 + 32];
@@ -262,7 +267,8 @@ fn without_photons_a_picture_is_black_and_emitters_glow() {
         plane(0.1, Kernel::Constant, Domain::Disc),
         map_estimator(Gather::Nearest { k: 3, max_radius: 0.1 }, Kernel::Constant),
     ] {
-        let job = Job { estimator, kind: IndexKind::Bvh, photons: 0, final_gather: 0, passes: 1 };
+        let job =
+            PictureJob { estimator, kind: IndexKind::Bvh, photons: 0, final_gather: 0, passes: 1 };
         let (film, _) = film_of(&model, camera(size), &job);
         let sums = film.pixels().iter().fold((0.0, 0.0), |(reflected, emitted), pixel| {
             (reflected + pixel.reflected[0], emitted + pixel.emitted[0])
@@ -288,8 +294,13 @@ fn emitters_glow_on_the_sides_that_emit() {
             let middle = Vec3::new(0.5, 0.5, 0.0);
             let camera = Camera::at(middle + Vec3::Z * z, middle, Vec3::Y, 40.0, (16, 16)).unwrap();
             let estimator = plane(0.1, Kernel::Constant, Domain::Disc);
-            let job =
-                Job { estimator, kind: IndexKind::Bvh, photons: 0, final_gather: 0, passes: 1 };
+            let job = PictureJob {
+                estimator,
+                kind: IndexKind::Bvh,
+                photons: 0,
+                final_gather: 0,
+                passes: 1,
+            };
             let (film, _) = film_of(&model, camera, &job);
             for pixel in film.pixels() {
                 for (seen, expected) in pixel.radiance().into_iter().zip(expected) {
@@ -312,8 +323,13 @@ fn extreme_radii_give_finite_values() {
             map_estimator(Gather::Nearest { k: 1_000_000, max_radius: radius }, Kernel::Constant),
         ] {
             let sampling = Sampling { side: 1, merged_within: 0.0 };
-            let job =
-                Job { estimator, kind: IndexKind::Bvh, photons: 200, final_gather: 0, passes: 2 };
+            let job = PictureJob {
+                estimator,
+                kind: IndexKind::Bvh,
+                photons: 200,
+                final_gather: 0,
+                passes: 2,
+            };
             // A disc beyond the range of f32 is an error.
             match rendered(&lit, camera(size), sampling, &job, &Counter::default()) {
                 Ok((film, _)) => assert!(film.pixels().iter().all(|pixel| {

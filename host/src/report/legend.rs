@@ -12,7 +12,7 @@ const LONGEST: i64 = 480;
 
 /// Scale from values to the colours of [`heat`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scale {
+pub enum ColourScale {
     /// By the square root of the value, which is about how bright it looks, from 0 to the largest.
     Root(f64),
     /// In proportion, from 0 to the largest.
@@ -26,7 +26,7 @@ pub enum Scale {
     },
 }
 
-impl Scale {
+impl ColourScale {
     /// Returns the place of a value on the scale, 0 to 1.
     pub fn place(&self, value: f64) -> f32 {
         let place = match *self {
@@ -59,7 +59,13 @@ impl Scale {
 }
 
 /// Draws the bar of colours at the lower left, with numbers, and the unit after the last.
-pub fn draw_legend(canvas: &mut Canvas, scale: &Scale, unit: &str, ink: Colour, ground: Colour) {
+pub fn draw_legend(
+    canvas: &mut Canvas,
+    scale: &ColourScale,
+    unit: &str,
+    ink: Colour,
+    ground: Colour,
+) {
     let width = (i64::from(canvas.width()) - 2 * MARGIN).min(LONGEST);
     let bottom = i64::from(canvas.height()) - MARGIN;
     let top = bottom - 2 * TEXT_HEIGHT;
@@ -84,8 +90,8 @@ mod tests {
 
     #[test]
     fn places_and_values_are_inverse() {
-        let logarithmic = Scale::Logarithmic { largest: 1000.0, decades: 3.0 };
-        for scale in [Scale::Root(7.0), Scale::Linear(7.0), logarithmic] {
+        let logarithmic = ColourScale::Logarithmic { largest: 1000.0, decades: 3.0 };
+        for scale in [ColourScale::Root(7.0), ColourScale::Linear(7.0), logarithmic] {
             for step in 0..=10 {
                 let place = f64::from(step) / 10.0;
                 assert!((f64::from(scale.place(scale.value(place))) - place).abs() < 1e-6);
@@ -93,7 +99,7 @@ mod tests {
             assert_eq!((scale.place(-1.0), scale.place(f64::INFINITY)), (0.0, 1.0));
             assert_eq!(scale.place(f64::NAN), 0.0);
         }
-        assert_eq!(Scale::Linear(0.0).place(0.0), 0.0);
+        assert_eq!(ColourScale::Linear(0.0).place(0.0), 0.0);
         assert_eq!(logarithmic.place(0.0), 0.0);
     }
 }

@@ -19,7 +19,7 @@ pub mod plot;
 pub use camera::{Camera, UpAxis};
 pub use canvas::Canvas;
 pub use colour::{Colour, cluster_colour, heat};
-pub use legend::{Scale, draw_legend};
+pub use legend::{ColourScale, draw_legend};
 pub(crate) use number::short_number;
 pub(crate) use picture::{NIGHT, has_room_for_text};
 pub use picture::{paint_clusters, paint_irradiance};

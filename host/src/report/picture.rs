@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::camera::corners;
 use super::canvas::TEXT_HEIGHT;
 use super::colour::{cluster_colour, heat};
-use super::legend::{Scale, draw_legend};
+use super::legend::{ColourScale, draw_legend};
 use super::number::short_number;
 use super::{Camera, Canvas, Colour};
 
@@ -151,7 +151,7 @@ pub fn paint_irradiance(
     });
     if has_room_for_text(canvas) {
         canvas.text((MARGIN, MARGIN), title, Colour::PAPER, NIGHT);
-        draw_legend(canvas, &Scale::Root(brightest), "W/m2", Colour::PAPER, NIGHT);
+        draw_legend(canvas, &ColourScale::Root(brightest), "W/m2", Colour::PAPER, NIGHT);
     }
 }
 

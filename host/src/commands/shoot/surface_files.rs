@@ -13,7 +13,7 @@ use crate::scene::Model;
 
 /// Row of the file of triangles: by side, irradiance in W/m2, its standard error and photons.
 #[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]
-struct Row {
+struct TriangleRow {
     area: f64,
     front_irradiance: [f32; 3],
     back_irradiance: [f32; 3],
@@ -38,7 +38,7 @@ const COLUMNS: [&str; 12] = [
     "back_photons",
 ];
 
-impl From<&TriangleIrradiance> for Row {
+impl From<&TriangleIrradiance> for TriangleRow {
     fn from(light: &TriangleIrradiance) -> Self {
         Self {
             area: light.area,
@@ -57,7 +57,7 @@ impl From<&TriangleIrradiance> for Row {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_triangles(path: &Path, lights: &[TriangleIrradiance]) -> anyhow::Result<()> {
-    let rows: Vec<Row> = lights.iter().map(Row::from).collect();
+    let rows: Vec<TriangleRow> = lights.iter().map(TriangleRow::from).collect();
     write_triangle_rows(path, &COLUMNS, &rows, |row| {
         let errors = (row.front_error, row.back_error);
         let photons = (row.front_photons, row.back_photons);

@@ -24,18 +24,18 @@ pub const PEER: Peer =
     Peer { name: "bvh", settings: &[Setting { name: "sah, ordered walk", build: Binary::build }] };
 
 /// Box of a triangle, as its builder wants it.
-struct Shape {
+struct TriangleShape {
     bounds: Aabb<f32, 3>,
     node: usize,
 }
 
-impl Bounded<f32, 3> for Shape {
+impl Bounded<f32, 3> for TriangleShape {
     fn aabb(&self) -> Aabb<f32, 3> {
         self.bounds
     }
 }
 
-impl BHShape<f32, 3> for Shape {
+impl BHShape<f32, 3> for TriangleShape {
     fn set_bh_node_index(&mut self, node: usize) {
         self.node = node;
     }
@@ -57,11 +57,14 @@ impl Binary {
     fn build(triangles: &[Triangle]) -> Result<BuiltPeer, PeerError> {
         let point = |v: Vec3| Point3::new(v.x, v.y, v.z);
         let start = Instant::now();
-        let mut shapes: Vec<Shape> = triangles
+        let mut shapes: Vec<TriangleShape> = triangles
             .iter()
             .map(|triangle| {
                 let bounds = triangle.bounds();
-                Shape { bounds: Aabb::with_bounds(point(bounds.lo), point(bounds.hi)), node: 0 }
+                TriangleShape {
+                    bounds: Aabb::with_bounds(point(bounds.lo), point(bounds.hi)),
+                    node: 0,
+                }
             })
             .collect();
         let bvh = Bvh::build(&mut shapes);

@@ -28,7 +28,7 @@ const SIGNATURE: &[u8; 8] = b"ARBOMAP1";
 const HEADER: usize = 8 + 32 + 10 * 8;
 
 #[derive(Debug, Error)]
-enum Problem {
+enum MapProblem {
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
     #[error("it is not a photon map; make one with --save-map")]
@@ -90,7 +90,7 @@ impl PhotonMap {
     /// # Errors
     /// If the file cannot be read, is not a photon map, is cut off, or is that of another model.
     pub fn load(path: &Path, model: &Model) -> Result<Self, FileError> {
-        let bytes = fs::read(path).map_err(Problem::Unreadable);
+        let bytes = fs::read(path).map_err(MapProblem::Unreadable);
         Self::read(&bytes.map_err(|problem| FileError::new(path, problem))?, path, model)
     }
 
@@ -103,16 +103,18 @@ impl PhotonMap {
     }
 }
 
-fn decode(bytes: &[u8], model: &Model) -> Result<PhotonMap, Problem> {
+fn decode(bytes: &[u8], model: &Model) -> Result<PhotonMap, MapProblem> {
     // 1. The header.
-    let Some((header, rest)) = bytes.split_at_checked(HEADER) else { return Err(Problem::NotAMap) };
+    let Some((header, rest)) = bytes.split_at_checked(HEADER) else {
+        return Err(MapProblem::NotAMap);
+    };
     let (signature, header) = header.split_at(SIGNATURE.len());
     let (digest, numbers) = header.split_at(32);
     if signature != SIGNATURE {
-        return Err(Problem::NotAMap);
+        return Err(MapProblem::NotAMap);
     }
     if digest != model.digest().as_bytes() {
-        return Err(Problem::OtherScene);
+        return Err(MapProblem::OtherScene);
     }
     let number = |at: usize| {
         let mut word = [0; 8];
@@ -124,11 +126,11 @@ fn decode(bytes: &[u8], model: &Model) -> Result<PhotonMap, Problem> {
     let sensible = photons <= MOST_PHOTONS as u64 && (tints == 0 || tints == photons);
     if needed != rest.len() as u128 || !sensible {
         let needed = needed + HEADER as u128;
-        return Err(Problem::Length { needed, found: bytes.len() });
+        return Err(MapProblem::Length { needed, found: bytes.len() });
     }
     let flux = f64::from_bits(number(9));
     if !(flux >= 0.0 && flux.is_finite()) {
-        return Err(Problem::Flux { flux });
+        return Err(MapProblem::Flux { flux });
     }
     let balance = Balance {
         emitted: number(2),
@@ -149,11 +151,11 @@ fn decode(bytes: &[u8], model: &Model) -> Result<PhotonMap, Problem> {
         let position = [0, 4, 8].map(|first| f32::from_bits(word(&bytes[first..])));
         let photon = Photon { position, surface: word(&bytes[12..]), rank: word(&bytes[16..]) };
         if !position.iter().all(|x| x.is_finite()) {
-            return Err(Problem::NotFinite { photon: at });
+            return Err(MapProblem::NotFinite { photon: at });
         }
         let (triangle, count) = (photon.triangle(), model.triangles.len());
         if triangle as usize >= count {
-            return Err(Problem::Triangle { photon: at, triangle, count });
+            return Err(MapProblem::Triangle { photon: at, triangle, count });
         }
         read.push(photon);
     }

@@ -41,7 +41,13 @@ impl Facing {
     }
 
     #[inline]
-    fn accepts(&self, map: &PhotonMap, photon: &Photon, from: &Place<'_>, squared: f64) -> bool {
+    fn accepts(
+        &self,
+        map: &PhotonMap,
+        photon: &Photon,
+        from: &NeighbourSearch<'_>,
+        squared: f64,
+    ) -> bool {
         /// Rounding of the product of two unit vectors.
         const ROUNDING: f64 = 1e-12;
         let Some(&normal) = map.normals.get(photon.triangle() as usize) else { return false };
@@ -90,7 +96,7 @@ impl Found {
 }
 
 /// Neighbourhood, with what its search needs for each photon.
-struct Place<'r> {
+struct NeighbourSearch<'r> {
     receiver: &'r Receiver,
     facing: Option<&'r Facing>,
     point: Vector64,
@@ -185,12 +191,18 @@ impl PhotonMap {
     fn search(&self, around: &Neighbourhood<'_>, taker: &mut impl Taker) {
         let receiver = around.receiver;
         let (point, slack) = (receiver.point(), receiver.slack(around.radius));
-        let place = Place { receiver, facing: around.facing.as_ref(), point, slack };
+        let place = NeighbourSearch { receiver, facing: around.facing.as_ref(), point, slack };
         self.search_run(0, self.photons.len(), &place, taker);
     }
 
     /// Searches the run `lo..hi`. Recurses to the depth of the tree, at most 31.
-    fn search_run(&self, mut lo: usize, mut hi: usize, place: &Place<'_>, taker: &mut impl Taker) {
+    fn search_run(
+        &self,
+        mut lo: usize,
+        mut hi: usize,
+        place: &NeighbourSearch<'_>,
+        taker: &mut impl Taker,
+    ) {
         loop {
             let Some(run) = self.photons.get(lo..hi) else { return };
             if run.len() <= LEAF {
@@ -218,7 +230,13 @@ impl PhotonMap {
     }
 
     #[inline]
-    fn show(&self, at: usize, photon: &Photon, place: &Place<'_>, taker: &mut impl Taker) {
+    fn show(
+        &self,
+        at: usize,
+        photon: &Photon,
+        place: &NeighbourSearch<'_>,
+        taker: &mut impl Taker,
+    ) {
         let squared = distance_squared(photon.point(), place.point);
         let counts = squared <= taker.limit()
             && place.facing.is_none_or(|facing| facing.accepts(self, photon, place, squared));

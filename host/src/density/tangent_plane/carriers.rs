@@ -47,7 +47,7 @@ pub fn carriers(receivers: &[Receiver], radius: f64) -> Option<Vec<Carrier>> {
     let mut carriers = Vec::new();
     let mut first = 0;
     while let Some(receiver) = receivers.get(first) {
-        let frame = Frame::new(receiver, receiver.slack(radius));
+        let frame = ReceiverPlane::new(receiver, receiver.slack(radius));
         // The box around the centres, in the frame of the first.
         let (mut lo, mut hi) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
         let mut end = first + 1;
@@ -74,7 +74,7 @@ pub fn carriers(receivers: &[Receiver], radius: f64) -> Option<Vec<Carrier>> {
 }
 
 /// Plane of a receiver, with two axes.
-struct Frame {
+struct ReceiverPlane {
     centre: Vector64,
     normal: Vector64,
     tangent: Vector64,
@@ -82,7 +82,7 @@ struct Frame {
     slack: f64,
 }
 
-impl Frame {
+impl ReceiverPlane {
     fn new(receiver: &Receiver, slack: f64) -> Self {
         let normal = receiver.normal();
         let (tangent, bitangent) = tangents(normal);

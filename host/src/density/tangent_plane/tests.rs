@@ -11,7 +11,7 @@ use crate::density::fixtures::{
 };
 use crate::density::{Estimate, Facing, Fan, Gather, MapEstimator, Receiver};
 use crate::photon::PhotonRandom;
-use crate::photon::fixtures::{Collector, closed_box, sphere};
+use crate::photon::fixtures::{SegmentCollector, closed_box, sphere};
 use crate::scene::{AreaLight, Model};
 
 pub(super) fn disc(radius: f32) -> TangentPlane {
@@ -249,7 +249,7 @@ fn the_index_finds_every_disc_of_all_pairs() {
     receivers.sort_by(|a, b| a.position().y.total_cmp(&b.position().y));
     let segments = RefCell::new(Vec::new());
     lit.shoot(12_000, |source| {
-        source.stream(&|_| {}, &Collector, |some| segments.borrow_mut().extend(some));
+        source.stream(&|_| {}, &SegmentCollector, |some| segments.borrow_mut().extend(some));
     });
     let segments = segments.into_inner();
     assert!(segments.len() > 20_000);

@@ -78,7 +78,7 @@ impl BounceLanes {
 
     /// Computes the bounces of all lanes.
     pub fn compute(&mut self) {
-        self.level.run(Bounces(self));
+        self.level.run(BounceWork(self));
     }
 
     /// Returns the ray of a lane, and moves `place` beyond the draws that it took; `None`, with `place` as it was, if
@@ -102,9 +102,9 @@ impl BounceLanes {
 }
 
 /// Computation of the bounces of all lanes.
-struct Bounces<'l>(&'l mut BounceLanes);
+struct BounceWork<'l>(&'l mut BounceLanes);
 
-impl Work for Bounces<'_> {
+impl Work for BounceWork<'_> {
     type Output = ();
 
     #[inline(always)]

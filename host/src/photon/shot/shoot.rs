@@ -16,7 +16,7 @@ use crate::photon::lanes::{LANES, SideLanes};
 use crate::photon::stream::{CHUNK, Tally, Visitor, stream};
 use crate::photon::surface::Side;
 use crate::photon::trace::{DEFAULT_MAX_BOUNCES, Segment, Tracer};
-use crate::photon::wave::Part;
+use crate::photon::wave::WavePart;
 use crate::scene::Model;
 
 /// Hits that are hashed at once: 28 KiB. From 8 KiB, BLAKE3 uses whole vectors.
@@ -218,7 +218,7 @@ impl Visitor for ShotVisitor<'_> {
         }))
     }
 
-    fn visit_part(&self, chunk: &mut ChunkHits, part: &Part<'_>) {
+    fn visit_part(&self, chunk: &mut ChunkHits, part: &WavePart<'_>) {
         let ChunkHits::Open(chunk) = chunk else { return };
         for first in (0..part.hit_count()).step_by(LANES) {
             let some = first..part.hit_count().min(first + LANES);

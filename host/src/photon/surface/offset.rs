@@ -88,7 +88,7 @@ pub(in crate::photon) fn doubt(e1: Vector64, e2: Vector64) -> f64 {
 ///
 /// Nothing here branches, so that the compiler can compute several at once.
 #[derive(Clone, Copy, Debug)]
-struct Facing {
+struct SeenTriangle {
     a: Vector64,
     e1: Vector64,
     e2: Vector64,
@@ -105,7 +105,7 @@ struct Facing {
     is_certain: bool,
 }
 
-impl Facing {
+impl SeenTriangle {
     #[inline(always)]
     fn new([a, b, c]: [Vector64; 3], incoming: Vector64) -> Self {
         let (e1, e2) = (b - a, c - a);
@@ -173,7 +173,7 @@ impl Departure {
     /// Computes the departure after a hit of a ray with direction `incoming`; `None` if the side is in doubt.
     pub fn new(triangle: &Triangle, hit: &Hit, incoming: Vec3) -> Option<Self> {
         let corners = [triangle.a, triangle.b, triangle.c].map(Vector64::from);
-        let facing = Facing::new(corners, incoming.into());
+        let facing = SeenTriangle::new(corners, incoming.into());
         if !facing.is_certain {
             return None;
         }
@@ -191,7 +191,7 @@ impl Departure {
     /// point is near an edge.
     #[inline(always)]
     pub fn usual(corners: [Vector64; 3], u: f64, v: f64, incoming: Vector64) -> (Self, bool) {
-        let facing = Facing::new(corners, incoming);
+        let facing = SeenTriangle::new(corners, incoming);
         let point = facing.point(u, v);
         let lift = facing.lift(point);
         let is_usual = facing.is_certain & !facing.is_near_an_edge(u, v, lift);
@@ -199,8 +199,8 @@ impl Departure {
     }
 
     #[inline(always)]
-    fn at(facing: &Facing, point: Vector64, lift: f64) -> Self {
-        let Facing { normal, unit_normal, error, .. } = *facing;
+    fn at(facing: &SeenTriangle, point: Vector64, lift: f64) -> Self {
+        let SeenTriangle { normal, unit_normal, error, .. } = *facing;
         Self { origin: lifted(point, unit_normal, lift), normal, unit_normal, error }
     }
 

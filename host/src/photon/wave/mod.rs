@@ -24,7 +24,7 @@ use crate::photon::trace::{Path, PathEnd, Segment, Tracer};
 /// Photons under way: a photon and a ray for each.
 pub(in crate::photon) struct Wave<'t, 'm> {
     tracer: &'t Tracer<'m>,
-    photons: Vec<Photon>,
+    photons: Vec<WavePhoton>,
     rays: Vec<Ray>,
     /// Closest hits of the rays, after `trace`.
     hits: Vec<Hit>,
@@ -39,7 +39,7 @@ pub(in crate::photon) struct Wave<'t, 'm> {
 
 /// Photon under way, without its ray.
 #[derive(Clone, Copy)]
-struct Photon {
+struct WavePhoton {
     place: Place,
     weight: [f32; 3],
     bounce: u32,
@@ -85,7 +85,7 @@ impl<'t, 'm> Wave<'t, 'm> {
                 };
                 if let Some((ray, weight, place)) = self.emission.photon(lane).or_else(one_by_one) {
                     self.rays.push(ray);
-                    self.photons.push(Photon { place, weight, bounce: 0 });
+                    self.photons.push(WavePhoton { place, weight, bounce: 0 });
                 } else {
                     tally.balance.end(PathEnd::Refused);
                 }
@@ -114,9 +114,9 @@ impl<'t, 'm> Wave<'t, 'm> {
     }
 
     /// Returns some photons of the wave, after the roulette.
-    pub fn part(&self, some: Range<usize>) -> Part<'_> {
+    pub fn part(&self, some: Range<usize>) -> WavePart<'_> {
         let hits_before = |end: usize| self.hit_places.partition_point(|&at| (at as usize) < end);
-        Part {
+        WavePart {
             photons: &self.photons,
             rays: &self.rays,
             hits: &self.hits,
@@ -175,7 +175,7 @@ impl<'t, 'm> Wave<'t, 'm> {
                     tracer.colour(hit, &mut photon.weight);
                     rays[kept] = ray;
                 } else {
-                    let Photon { place, weight, bounce } = *photon;
+                    let WavePhoton { place, weight, bounce } = *photon;
                     let random = PhotonRandom::at(tracer.seed(), place);
                     let mut path = Path { bounce, ray: rays[at], weight, random };
                     if tracer.bounce(&mut path, Some(*hit)).is_some() {
@@ -196,8 +196,8 @@ impl<'t, 'm> Wave<'t, 'm> {
 }
 
 /// Some photons of a wave, with their segments.
-pub(crate) struct Part<'w> {
-    photons: &'w [Photon],
+pub(crate) struct WavePart<'w> {
+    photons: &'w [WavePhoton],
     rays: &'w [Ray],
     hits: &'w [Hit],
     /// Places of the photons, and of those that hit a triangle.
@@ -205,7 +205,7 @@ pub(crate) struct Part<'w> {
     hit_places: &'w [u32],
 }
 
-impl Part<'_> {
+impl WavePart<'_> {
     /// Lists all segments, in the order of the photons.
     #[inline]
     pub fn segments(&self) -> impl Iterator<Item = Segment> {
@@ -231,7 +231,7 @@ impl Part<'_> {
 
     #[inline]
     fn segment(&self, at: usize, hit: Option<Hit>) -> Segment {
-        let Photon { place, weight, bounce } = self.photons[at];
+        let WavePhoton { place, weight, bounce } = self.photons[at];
         Segment { photon: place.photon, bounce, ray: self.rays[at], hit, weight }
     }
 }

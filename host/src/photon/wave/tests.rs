@@ -3,7 +3,9 @@
 use arboleda::{AnyIndex, IndexKind, SimdLevel, Triangle, Vec3};
 
 use super::Wave;
-use crate::photon::fixtures::{BuiltIndex, Collector, closed_box, lamp, model, quad, sphere};
+use crate::photon::fixtures::{
+    BuiltIndex, SegmentCollector, closed_box, lamp, model, quad, sphere,
+};
 use crate::photon::shot::Counting;
 use crate::photon::stream::{CHUNK, Tally, stream};
 use crate::photon::trace::{Segment, Tracer};
@@ -138,10 +140,17 @@ fn chunks_come_in_their_order_and_hold_their_photons_in_the_order_of_waves() {
     // Several runs of chunks, the last chunk not full.
     let photons = 77..77 + 20 * CHUNK + 5;
     let mut chunks = Vec::new();
-    let tally =
-        stream(&tracer, photons.clone(), &index, Counting::Off, &|_| {}, &Collector, |chunk| {
+    let tally = stream(
+        &tracer,
+        photons.clone(),
+        &index,
+        Counting::Off,
+        &|_| {},
+        &SegmentCollector,
+        |chunk| {
             chunks.push(chunk);
-        });
+        },
+    );
     let (mut expected, mut expected_tally) = one_by_one(&tracer, &index, photons);
     expected_tally.balance.total_flux = tracer.emitter().total_flux();
     assert_eq!(tally, expected_tally);

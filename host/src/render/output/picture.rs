@@ -3,7 +3,7 @@
 use super::tone::{exposure_of, percentile, to_srgb};
 use crate::render::film::{Film, Pixel};
 use crate::report::{
-    Canvas, Colour, NIGHT, Scale, draw_legend, has_room_for_text, heat, short_number,
+    Canvas, Colour, ColourScale, NIGHT, draw_legend, has_room_for_text, heat, short_number,
 };
 
 /// Quantity of a picture.
@@ -122,8 +122,8 @@ fn largest_of(film: &Film, look: &Look) -> f32 {
 fn paint_false_colours(canvas: &mut Canvas, film: &Film, look: &Look, range: Range) {
     let largest = f64::from(range.largest.unwrap_or_else(|| largest_of(film, look)));
     let scale = match range.decades {
-        None => Scale::Linear(largest),
-        Some(decades) => Scale::Logarithmic { largest, decades: f64::from(decades) },
+        None => ColourScale::Linear(largest),
+        Some(decades) => ColourScale::Logarithmic { largest, decades: f64::from(decades) },
     };
     for (colour, pixel) in canvas.pixels_mut().iter_mut().zip(film.pixels()) {
         let place = scale.place(f64::from(look.value(pixel)));

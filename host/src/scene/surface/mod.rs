@@ -33,14 +33,14 @@ pub struct Surface {
     corners: Vec<u32>,
     /// Number of corners of each face.
     arities: Vec<u32>,
-    parts: Vec<Part>,
+    parts: Vec<FaceRun>,
     object_names: Vec<String>,
     warnings: Vec<String>,
 }
 
 /// Consecutive faces of one object and one material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Part {
+struct FaceRun {
     first_face: usize,
     object: u32,
     material: Material,
@@ -80,7 +80,7 @@ impl Surface {
 
     /// Begins a part: faces added from now on have this object and material.
     pub(super) fn begin_part(&mut self, object: u32, material: Material) {
-        self.parts.push(Part { first_face: self.arities.len(), object, material });
+        self.parts.push(FaceRun { first_face: self.arities.len(), object, material });
     }
 
     /// Adds a face. The caller guarantees three corners or more, and that all corners exist when the surface is placed.

@@ -1,6 +1,6 @@
 //! The ends of a ray's way through the wavefront: it gives its answer, and the next ray gets its slot.
 
-use super::room::{Entry, GAVE_UP, Queue, Room, SLOTS, Slot};
+use super::room::{GAVE_UP, Queue, Room, SLOTS, Slot, StackEntry};
 use crate::geometry::MOST_COORDINATE;
 use crate::indices::wide::traversal::{is_along_flat, walk_in_f64};
 use crate::indices::wide::tree::Tree;
@@ -67,7 +67,7 @@ pub(super) fn begin<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(
         slot.hit = Hit::NONE;
         slot.link = root;
         slot.clear_stack();
-        slot.stack[0].keys = Entry::BOTTOM.keys;
+        slot.stack[0].keys = StackEntry::BOTTOM.keys;
         nodes.put(node_count, id);
         node_count += 1;
     }

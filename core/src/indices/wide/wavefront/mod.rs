@@ -79,7 +79,7 @@ mod room;
 pub(crate) use room::{MOST, Room, SCRATCH};
 
 use begin::Batch;
-use room::{Entry, Queue};
+use room::{Queue, StackEntry};
 
 /// Number of rays at leaves, from which on leaves are tested; and of rays at nodes, below which leaves are tested.
 ///
@@ -164,7 +164,7 @@ macro_rules! compiled_for {
                 }
                 (room.stale, room.done) = (Queue::EMPTY, Queue::EMPTY);
                 for slot in &mut room.slots {
-                    slot.stack[0] = Entry::BOTTOM;
+                    slot.stack[0] = StackEntry::BOTTOM;
                 }
                 begin::begin(tree, room, &Queue::all(), &mut batch);
                 while room.is_busy() {

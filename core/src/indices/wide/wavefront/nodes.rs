@@ -76,7 +76,7 @@ pub(super) fn take_children<T: InLanes<Avx2>, Q: Query>(tree: T, room: &mut Room
 pub(super) fn drop_stale(slot: &mut Slot) {
     let last = key(slot.last);
     let is_stale = |below: u32| {
-        // `Entry::BOTTOM` never is.
+        // `StackEntry::BOTTOM` never is.
         let level = slot.height.saturating_sub(1 + below) as usize % STACK;
         let (nearest, _) = Avx2::nearest(bytemuck::must_cast(slot.stack[level].keys));
         u32::from(nearest > last)

@@ -42,7 +42,7 @@ pub(super) struct Slot {
     pub node: u32,
     /// The child's lane in the node.
     pub lane: u32,
-    /// The number of entries on the stack; the lowest is [`Entry::BOTTOM`].
+    /// The number of entries on the stack; the lowest is [`StackEntry::BOTTOM`].
     pub height: u32,
     /// The index of the ray's query in the batch; and [`GAVE_UP`], if the stack was too short.
     pub index: u32,
@@ -50,7 +50,7 @@ pub(super) struct Slot {
     pub hit: Hit,
     /// The `t` beyond which hits no longer matter; finite.
     pub last: f32,
-    pub stack: [Entry; STACK],
+    pub stack: [StackEntry; STACK],
 }
 
 impl Slot {
@@ -63,7 +63,7 @@ impl Slot {
 /// Node that waits: a cache line.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct Entry {
+pub(super) struct StackEntry {
     /// The keys of the children that are not entered yet.
     pub keys: [u16; LANES],
     pub links: [u32; LANES],
@@ -72,7 +72,7 @@ pub(super) struct Entry {
     unused: [u32; 3],
 }
 
-impl Entry {
+impl StackEntry {
     /// Entry below all others. Its nearest child is the end of the walk, which thus needs no branch.
     pub const BOTTOM: Self = Self {
         keys: [0, FAR, FAR, FAR, FAR, FAR, FAR, FAR],

@@ -38,7 +38,7 @@ pub struct PartFile {
 }
 
 #[derive(Debug, Error)]
-enum Problem {
+enum PartProblem {
     #[error("cannot be read: {0}")]
     Unreadable(io::Error),
     #[error("it is not a part of a shot; make one with `shoot --part`")]
@@ -85,40 +85,40 @@ impl PartFile {
     pub fn read_part(&self, path: &Path) -> Result<JobPart, FileError> {
         let (again, sums) = Self::read_all(path)?;
         if again != *self {
-            return Err(FileError::new(path, Problem::Changed));
+            return Err(FileError::new(path, PartProblem::Changed));
         }
         Ok(JobPart { photons: again.photons, sums })
     }
 
     fn read_all(path: &Path) -> Result<(Self, RangeSums), FileError> {
-        let bytes = fs::read(path).map_err(Problem::Unreadable);
+        let bytes = fs::read(path).map_err(PartProblem::Unreadable);
         let read = bytes.and_then(|bytes| decode(&bytes));
         read.map_err(|problem| FileError::new(path, problem))
     }
 }
 
-fn decode(bytes: &[u8]) -> Result<(PartFile, RangeSums), Problem> {
+fn decode(bytes: &[u8]) -> Result<(PartFile, RangeSums), PartProblem> {
     // 1. The bytes.
     if !bytes.starts_with(SIGNATURE) {
-        return Err(Problem::NotAPart);
+        return Err(PartProblem::NotAPart);
     }
-    let (head, body) = bytes.split_at_checked(HEAD).ok_or(Problem::Torn)?;
+    let (head, body) = bytes.split_at_checked(HEAD).ok_or(PartProblem::Torn)?;
     let (version, hash) = head[SIGNATURE.len()..].split_at(4);
     let version = version.iter().rev().fold(0, |all, &byte| all << 8 | u32::from(byte));
     if version != VERSION {
-        return Err(Problem::Version(version));
+        return Err(PartProblem::Version(version));
     }
     if blake3::hash(body).as_bytes() != hash {
-        return Err(Problem::Torn);
+        return Err(PartProblem::Torn);
     }
     // 2. What they say.
-    let contradiction = |_| Problem::Contradiction;
+    let contradiction = |_| PartProblem::Contradiction;
     let (header, rest) = postcard::take_from_bytes::<PartFile>(body).map_err(contradiction)?;
     let (sums, rest) = postcard::take_from_bytes::<RangeSums>(rest).map_err(contradiction)?;
     if rest.is_empty() && is_sound(&header, &sums) {
         Ok((header, sums))
     } else {
-        Err(Problem::Contradiction)
+        Err(PartProblem::Contradiction)
     }
 }
 
@@ -185,8 +185,8 @@ mod tests {
         let bytes = bytes_of(&header, &part.sums);
         for length in (0..bytes.len()).step_by(97) {
             let error = decode(&bytes[..length]).unwrap_err();
-            let expected = matches!(error, Problem::NotAPart if length < 8)
-                || matches!(error, Problem::Torn if length >= 8);
+            let expected = matches!(error, PartProblem::NotAPart if length < 8)
+                || matches!(error, PartProblem::Torn if length >= 8);
             assert!(expected, "{length}: {error}");
         }
         for at in (0..bytes.len()).step_by(131) {
@@ -214,7 +214,7 @@ mod tests {
             let (mut header, mut sums) = (header.clone(), part.sums.clone());
             forge(&mut header, &mut sums);
             let error = decode(&bytes_of(&header, &sums)).unwrap_err();
-            assert!(matches!(error, Problem::Contradiction), "{number}: {error}");
+            assert!(matches!(error, PartProblem::Contradiction), "{number}: {error}");
         }
     }
 }
