@@ -8,7 +8,7 @@
 //! 3. [`Caller`] borrows. What no check can see, it takes from the caller's promise: that memory of the stated length
 //!    lies at a pointer.
 
-use core::mem::MaybeUninit;
+use core::mem::{MaybeUninit, offset_of};
 use core::{ptr, slice};
 
 use arboleda::{AnyIndex, Mesh, Ray, Triangle, Vec3};
@@ -64,14 +64,17 @@ impl Region {
     }
 }
 
-/// The addresses of what an index borrows: its bytes and, beside a mesh, the mesh's arrays.
-pub fn borrowed(index: &AnyIndex<'_>) -> [Region; 3] {
+/// The addresses of an open handle's index and of what it borrows: its bytes and, beside a mesh, the mesh's arrays.
+pub fn borrowed(index: &AnyIndex<'_>) -> [Region; 4] {
+    let first = ptr::from_ref(index).addr().saturating_sub(offset_of!(Opened, index));
+    let end = first.saturating_add(size_of::<arb_index>());
+    let handle = Region { name: "the handle", first, end };
     let bytes = Region::of(index.as_bytes(), "the index");
     match index.sections().triangles() {
-        Mesh::Triangles(list) => [bytes, Region::of(list, "the index's triangles"), bytes],
+        Mesh::Triangles(list) => [handle, bytes, Region::of(list, "the index's triangles"), bytes],
         Mesh::Indexed { vertices, corners } => {
             let vertices = Region::of(vertices, "the index's vertices");
-            [bytes, vertices, Region::of(corners, "the index's corners")]
+            [handle, bytes, vertices, Region::of(corners, "the index's corners")]
         }
     }
 }

@@ -33,8 +33,11 @@ fn arguments_that_overlap_are_not_written_to() {
         let scratch_over_hits =
             arb_occluded_each(index, first, 64, to.cast(), to.cast(), 9, null_mut());
         let all = arb_all_hits(index, first, bytes.cast(), 9, &mut count, &mut truncated);
-        let statuses = [over_rays, over_index, scratch_over_rays, scratch_over_hits, all];
-        assert_eq!(statuses, [ARB_OVERLAP; 5]);
+        let handle = index.cast_mut().cast();
+        let over_handle = arb_closest_each(index, first, 8, handle, null_mut(), 0, null_mut());
+        let statuses =
+            [over_rays, over_index, scratch_over_rays, scratch_over_hits, all, over_handle];
+        assert_eq!(statuses, [ARB_OVERLAP; 6]);
     }
     let beside = arb_options { beside: 1, ..default_options() };
     let lean = build(arb_kind::ARB_LEAN_BVH as u32, &given.indexed(), &beside).expect("an index");
