@@ -1,20 +1,19 @@
 //! Scene with its lights and an index, for commands that estimate irradiance.
 
-use anyhow::Context;
 use arboleda::{IndexKind, OwnedIndex};
 use clap::Args;
 
 use super::arguments::estimator::EstimatorArguments;
 use super::arguments::light::LightArguments;
 use super::arguments::photons::PhotonArguments;
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index};
 use super::output::{count, say};
+use crate::Threads;
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
 use crate::density::{Estimator, LightField, PhotonMap, PhotonSource};
 use crate::photon::Balance;
 use crate::scene::Model;
-use crate::{Threads, TimedIndex};
 
 /// Photons, estimator, lights and index of a command that estimates irradiance.
 #[derive(Args)]
@@ -56,10 +55,7 @@ impl LitScene {
         let view = build.scene(&model).rays(sample.as_ref().map_or(&[], Workload::sample));
         let view = view.expecting(photons.photons.saturating_mul(2));
         let kind = index.kind(&view, &options)?;
-        let built = || TimedIndex::build_with(kind, &view, &options, &Threads::default());
-        let owned = during(&format!("building {}", kind.name()), built)
-            .map_err(|error| unbuilt(&error))
-            .with_context(|| format!("cannot build {}", kind.name()))?;
+        let owned = build_index(kind, &view, &options, &Threads::default())?;
         let disc_kind = index.named().unwrap_or(IndexKind::WideBvh);
         Ok(Self { index: owned.into_index(), disc_kind, model })
     }

@@ -2,16 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use arboleda::OwnedIndex;
 use clap::Args;
 
 use super::arguments::values::file_ending_in;
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index};
 use super::output::{bytes, count, say};
 use crate::bench::progress::during;
 use crate::files::output::{check_writable, write_file};
-use crate::{Threads, TimedIndex, load_index};
+use crate::{Threads, load_index};
 
 /// Write the index of a scene to a file; the scene is not needed any more
 ///
@@ -41,10 +40,7 @@ impl Pack {
         let model = self.scene.load()?;
         let (scene, options) = (self.build.scene(&model), self.build.options());
         let kind = self.index.kind(&scene, &options)?;
-        let built = || TimedIndex::build_with(kind, &scene, &options, &Threads::default());
-        let owned = during(&format!("building {}", kind.name()), built)
-            .map_err(|error| unbuilt(&error))
-            .with_context(|| format!("cannot build {}", kind.name()))?;
+        let owned = build_index(kind, &scene, &options, &Threads::default())?;
         write_file(&self.out, |file| file.write_all(owned.as_bytes()))?;
         describe_index(&self.out, &owned)?;
         if model.origin != [0.0; 3] {

@@ -17,7 +17,7 @@ use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::during;
 use crate::index::kind_by_name;
 use crate::scene::{self, Model, Origin, UpAxis};
-use crate::select_index;
+use crate::{Threads, TimedIndex, select_index};
 use values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
 
 /// Arguments that name a scene.
@@ -293,6 +293,22 @@ fn division(kind: IndexKind) -> &'static str {
         IndexKind::LeanBvh => "wide-bvh in the fewest bytes, for a mesh that the caller keeps",
         _ => "an index over all triangles",
     }
+}
+
+/// Builds an index, and shows how long that takes.
+///
+/// # Errors
+/// If the index cannot be built; the error names it.
+pub fn build_index(
+    kind: IndexKind,
+    scene: &Scene<'_>,
+    options: &Options,
+    threads: &Threads,
+) -> anyhow::Result<TimedIndex> {
+    let build = || TimedIndex::build_with(kind, scene, options, threads);
+    during(&format!("building {}", kind.name()), build)
+        .map_err(|error| unbuilt(&error))
+        .with_context(|| format!("cannot build {}", kind.name()))
 }
 
 /// Describes a build error to the user of the command line, who knows options but no arenas.

@@ -1,14 +1,14 @@
 //! The same photons through several indices: the table and the digests that compare them.
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use arboleda::{IndexKind, Options, Scene};
 
-use crate::bench::progress::{during, photon_bar};
-use crate::commands::arguments::unbuilt;
+use crate::Threads;
+use crate::bench::progress::photon_bar;
+use crate::commands::arguments::build_index;
 use crate::commands::output::{bytes, count, duration, say, table};
 use crate::photon::{Digest, ShootOptions, Shot, shoot};
 use crate::scene::Model;
-use crate::{Threads, TimedIndex};
 
 /// Photons that the linear scan shoots beside other indices. Every other index shoots this many too, for the same
 /// digest.
@@ -64,10 +64,7 @@ impl ShotComparison<'_> {
             );
         }
         for &kind in kinds {
-            let build = || TimedIndex::build_with(kind, &self.scene, &self.build, &threads);
-            let owned = during(&format!("building {}", kind.name()), build)
-                .map_err(|error| unbuilt(&error))
-                .with_context(|| format!("cannot build {}", kind.name()))?;
+            let owned = build_index(kind, &self.scene, &self.build, &threads)?;
             let index = owned.index();
             let clusters = index.sections().cluster_count();
             let index = index.as_ray_index();

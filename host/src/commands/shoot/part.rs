@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use arboleda::Scene;
 
 use super::Shoot;
-use crate::bench::progress::{during, photon_bar};
+use crate::Threads;
+use crate::bench::progress::photon_bar;
 use crate::bench::provenance::Provenance;
-use crate::commands::arguments::unbuilt;
+use crate::commands::arguments::build_index;
 use crate::commands::output::{count, say};
 use crate::photon::{Job, PartFile, ShootOptions, shoot_part};
 use crate::scene::Model;
-use crate::{Threads, TimedIndex};
 
 impl Shoot {
     /// Shoots a range of the photons and writes what they leave behind.
@@ -33,13 +33,10 @@ impl Shoot {
             photons.end,
             self.photons
         );
-        let (build, threads) = (self.build.options(), Threads::new(self.threads));
+        let build = self.build.options();
         let kind = self.index.kind(scene, &build)?;
         let name = kind.name();
-        let built = || TimedIndex::build_with(kind, scene, &build, &threads);
-        let owned = during(&format!("building {name}"), built)
-            .map_err(|error| unbuilt(&error))
-            .with_context(|| format!("cannot build {name}"))?;
+        let owned = build_index(kind, scene, &build, &Threads::new(self.threads))?;
         let bar = photon_bar(photons.end - photons.start, name);
         let index = owned.index();
         let progress = |photons| bar.inc(photons);
