@@ -9,9 +9,9 @@ use std::time::Instant;
 
 use arboleda::{Hit, RayIndex, SimdLevel};
 
-use super::Shot;
 use super::digest_tree::{DigestNode, DigestTree, Event};
 use super::part::{JobPart, RangeSums};
+use super::{Balance, Shot};
 use crate::photon::lanes::{LANES, SideLanes};
 use crate::photon::stream::{CHUNK, Tally, Visitor, stream};
 use crate::photon::surface::Side;
@@ -155,9 +155,7 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     let hits = Mutex::new(vec![[0; 2]; model.triangles.len()]);
     let mut digests = DigestTree::new(options.photons);
     let mut all = Tally::default();
-    for run in cut_at_chunks(&photons, options.photons) {
-        let is_cut = !run.start.is_multiple_of(CHUNK)
-            || !run.end.is_multiple_of(CHUNK) && run.end < options.photons;
+    for (run, is_cut) in cut_at_chunks(&photons, options.photons) {
         let visitor = ShotVisitor { model, hits: &hits, level: SimdLevel::detect(), is_cut };
         let mut chunk = run.start / CHUNK;
         let tally =
@@ -174,7 +172,8 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
         all.join(&tally);
     }
     RangeSums {
-        balance: all.balance,
+        // A range without photons had no stream to say it.
+        balance: Balance { total_flux: tracer.emitter().total_flux(), ..all.balance },
         bounce_count: all.bounce_count,
         hits: hits.into_inner().unwrap_or_else(PoisonError::into_inner),
         counters: all.counters,
@@ -182,13 +181,18 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     }
 }
 
-/// Cuts a range of `all` photons into parts of chunks at its ends, and a run of whole chunks between them.
-fn cut_at_chunks(photons: &Range<u64>, all: u64) -> impl Iterator<Item = Range<u64>> + use<> {
+/// Cuts a range of `all` photons into parts of chunks at its ends, and a run of whole chunks between them. Tells of each
+/// whether it is part of a chunk.
+fn cut_at_chunks(
+    photons: &Range<u64>,
+    all: u64,
+) -> impl Iterator<Item = (Range<u64>, bool)> + use<> {
     let Range { start, end } = *photons;
     let first = start.next_multiple_of(CHUNK).min(end);
     // The last chunk of all may be shorter.
     let last = if end == all { end } else { (end - end % CHUNK).max(first) };
-    [start..first, first..last, last..end].into_iter().filter(|run| !run.is_empty())
+    let runs = [(start..first, true), (first..last, false), (last..end, true)];
+    runs.into_iter().filter(|(run, _)| !run.is_empty())
 }
 
 /// Counts the hits of each side of each triangle, and hashes the hits of each chunk.

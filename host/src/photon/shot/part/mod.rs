@@ -153,6 +153,13 @@ mod tests {
     }
 
     #[test]
+    fn a_shot_without_photons_knows_the_flux_of_the_lights() {
+        let (model, options) = room(0);
+        let shot = whole(&model, &options);
+        assert_eq!((shot.balance.emitted, shot.balance.total_flux), (0, 40.0));
+    }
+
+    #[test]
     fn a_scene_without_light_has_parts_too() {
         let (mut model, options) = room(3_000);
         model.lights.clear();
