@@ -403,7 +403,7 @@ typedef struct arb_options {
      */
     uint32_t size_classes;
     /**
-     * How the number of cells of a uniform grid is chosen: ARB_RESOLUTION_AUTOMATIC (default),
+     * Choice of the number of cells of a uniform grid: ARB_RESOLUTION_AUTOMATIC (default),
      * ARB_CELLS_PER_TRIANGLE or ARB_CELLS.
      */
     uint32_t resolution;
@@ -416,7 +416,7 @@ typedef struct arb_options {
      */
     uint32_t cells[3];
     /**
-     * How a BVH is built: ARB_BVH_BINNED (default) or ARB_BVH_INSERTION.
+     * Method by which a BVH is built: ARB_BVH_BINNED (default) or ARB_BVH_INSERTION.
      */
     uint32_t bvh_build;
     /**
@@ -466,7 +466,7 @@ typedef struct arb_error {
      */
     size_t given_bytes;
     /**
-     * What was wrong, with names and numbers: English, ASCII, ends with a zero.
+     * Description of the error, with names and numbers: English, in ASCII, ended by a zero.
      */
     char message[ARB_MESSAGE_BYTES];
 } arb_error;
@@ -603,7 +603,7 @@ typedef struct arb_hit {
      */
     uint32_t triangle;
     /**
-     * Where on the ray; INFINITY if nothing is hit.
+     * Distance from the origin of the ray, in lengths of its direction; INFINITY if nothing is hit.
      */
     float t;
     /**

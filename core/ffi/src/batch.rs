@@ -7,7 +7,7 @@
 //! scratch: | room for CHUNK rays | the core's scratch |      without it: room for FEW rays on the stack
 //! ```
 
-use arboleda::{BATCH_SCRATCH, Ray};
+use arboleda::{AnyIndex, BATCH_SCRATCH, Ray};
 
 use crate::error::{Failure, arb_error, arb_status, reported};
 use crate::index::arb_index;
@@ -56,19 +56,11 @@ pub unsafe extern "C" fn arb_closest_each(
     // SAFETY: the promise of the crate's page.
     let caller = unsafe { Caller::promises() };
     reported(caller, error, || {
-        let index = caller.index(index)?;
-        let rays = Input::check(rays, ray_count, "rays")?;
-        let hits = Output::check(hits, ray_count, "hits")?;
-        let scratch = Output::check(scratch.cast::<u8>(), scratch_bytes, "scratch")?;
-        let outputs = [hits.region(), scratch.region()];
-        apart(&outputs, &[rays.region()])?;
-        apart(&outputs, &borrowed(index))?;
-        let rays = checked(caller, rays)?;
-        let hits = bytemuck::must_cast_slice_mut(caller.borrow_mut(hits));
-        in_chunks(rays, hits, caller.borrow_mut(scratch), |rays, hits, scratch| {
+        let batch = Batch { index, rays, ray_count, scratch, scratch_bytes };
+        let borrow = |hits| bytemuck::must_cast_slice_mut(caller.borrow_mut(hits));
+        batch.answer(caller, (hits, "hits"), borrow, |index, rays, hits, scratch| {
             index.closest_hits_in(rays, hits, scratch);
-        });
-        Ok(())
+        })
     })
 }
 
@@ -87,20 +79,47 @@ pub unsafe extern "C" fn arb_occluded_each(
     // SAFETY: the promise of the crate's page.
     let caller = unsafe { Caller::promises() };
     reported(caller, error, || {
-        let index = caller.index(index)?;
-        let rays = Input::check(rays, ray_count, "rays")?;
-        let occluded = Output::check(occluded, ray_count, "occluded")?;
-        let scratch = Output::check(scratch.cast::<u8>(), scratch_bytes, "scratch")?;
-        let outputs = [occluded.region(), scratch.region()];
+        let batch = Batch { index, rays, ray_count, scratch, scratch_bytes };
+        let borrow = |occluded| caller.borrow_flags(occluded);
+        batch.answer(caller, (occluded, "occluded"), borrow, |index, rays, occluded, scratch| {
+            index.occluded_each_in(rays, occluded, scratch);
+        })
+    })
+}
+
+/// Arguments of a query of many rays.
+struct Batch {
+    index: *const arb_index,
+    rays: *const arb_ray,
+    ray_count: usize,
+    scratch: *mut core::ffi::c_void,
+    scratch_bytes: usize,
+}
+
+impl Batch {
+    /// Checks all arguments, and answers the rays. `borrow` borrows the room for the answers, an array of `T` of this
+    /// name.
+    fn answer<'a, T, A: 'a>(
+        self,
+        caller: Caller,
+        (answers, name): (*mut T, &'static str),
+        borrow: impl FnOnce(Output<T>) -> &'a mut [A],
+        mut answer: impl FnMut(&AnyIndex<'_>, &[Ray], &mut [A], &mut [u8]),
+    ) -> Result<(), Failure> {
+        let index = caller.index(self.index)?;
+        let rays = Input::check(self.rays, self.ray_count, "rays")?;
+        let answers = Output::check(answers, self.ray_count, name)?;
+        let scratch = Output::check(self.scratch.cast::<u8>(), self.scratch_bytes, "scratch")?;
+        let outputs = [answers.region(), scratch.region()];
         apart(&outputs, &[rays.region()])?;
         apart(&outputs, &borrowed(index))?;
         let rays = checked(caller, rays)?;
-        let occluded = caller.borrow_flags(occluded);
-        in_chunks(rays, occluded, caller.borrow_mut(scratch), |rays, occluded, scratch| {
-            index.occluded_each_in(rays, occluded, scratch);
+        let answers = borrow(answers);
+        in_chunks(rays, answers, caller.borrow_mut(scratch), |rays, answers, scratch| {
+            answer(index, rays, answers, scratch);
         });
         Ok(())
-    })
+    }
 }
 
 /// Borrows rays, and checks all of them.

@@ -161,7 +161,7 @@ pub struct arb_error {
     pub needed_bytes: usize,
     /// Bytes that were given, of the same two; else 0.
     pub given_bytes: usize,
-    /// What was wrong, with names and numbers: English, ASCII, ends with a zero.
+    /// Description of the error, with names and numbers: English, in ASCII, ended by a zero.
     pub message: [c_char; ARB_MESSAGE_BYTES],
 }
 

@@ -161,7 +161,7 @@ impl<T> Output<T> {
 /// Number by which an open handle is told from any other memory.
 const OPEN: u64 = 0x4152_4244_6865_6c64;
 
-/// What lies in an open [`arb_index`].
+/// Contents of an open [`arb_index`].
 #[repr(C)]
 struct Opened {
     mark: u64,
@@ -179,10 +179,11 @@ impl Caller {
     /// Takes the promise.
     ///
     /// # Safety
-    /// Of each pointer that is given to this value's methods, this holds: it is null, or memory for as many values as
-    /// are stated lies there, which nothing else writes to during the call. It was allocated by the caller, so no
-    /// compiler sees that it may not be written yet, and its bytes are arbitrary numbers at worst. Memory that an index
-    /// borrows stays as it is for as long as its handle is used.
+    /// - Each pointer that is given to this value's methods is null, or memory for as many values as are stated lies
+    ///   there. Nothing else writes to that memory during the call.
+    /// - The caller allocated that memory. So no compiler sees that it may not be written yet, and its bytes are
+    ///   arbitrary numbers at worst.
+    /// - Memory that an index borrows stays as it is for as long as its handle is used.
     pub const unsafe fn promises() -> Self {
         Self(())
     }

@@ -44,14 +44,14 @@ pub struct arb_options {
     pub proximity: f32,
     /// The largest number of size classes of clusters: 1 to 4; default 4. Read by every hierarchy.
     pub size_classes: u32,
-    /// How the number of cells of a uniform grid is chosen: ARB_RESOLUTION_AUTOMATIC (default),
+    /// Choice of the number of cells of a uniform grid: ARB_RESOLUTION_AUTOMATIC (default),
     /// ARB_CELLS_PER_TRIANGLE or ARB_CELLS.
     pub resolution: u32,
     /// Cells for each triangle: above 0, at most 1024. Read if resolution is ARB_CELLS_PER_TRIANGLE.
     pub cells_per_triangle: f32,
     /// Cells along x, y and z: 1 to 65536 each. Read if resolution is ARB_CELLS.
     pub cells: [u32; 3],
-    /// How a BVH is built: ARB_BVH_BINNED (default) or ARB_BVH_INSERTION.
+    /// Method by which a BVH is built: ARB_BVH_BINNED (default) or ARB_BVH_INSERTION.
     pub bvh_build: u32,
     /// Cost of a traversal step: finite, above 0, in the unit of intersection_cost. 0 in both (default) takes costs that
     /// were measured for each kind. Read by builds that estimate.

@@ -48,7 +48,7 @@ pub const ARB_NO_TRIANGLE: u32 = 0xffff_ffff;
 pub struct arb_hit {
     /// The triangle's id; of several that are hit at the same t, the lowest. ARB_NO_TRIANGLE if nothing is hit.
     pub triangle: u32,
-    /// Where on the ray; INFINITY if nothing is hit.
+    /// Distance from the origin of the ray, in lengths of its direction; INFINITY if nothing is hit.
     pub t: f32,
     /// The weight of corner b, 0 to 1: the point is a + u * (b - a) + v * (c - a).
     pub u: f32,

@@ -35,7 +35,7 @@ fn header_is_not_stale() {
     );
 }
 
-/// What a program compiled against an older header relies on.
+/// A program that was compiled against an older header needs every function to stay.
 #[test]
 fn all_exported_functions_are_in_the_header() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -44,8 +44,8 @@ pub(super) struct SizeClass {
     pub typical_size_squared: f64,
 }
 
-/// Sorts the non-empty boxes by diagonal into `sorted` and divides them into at most `options.size_classes` classes,
-/// the smallest primitives first.
+/// Divides the non-empty boxes by diagonal into at most `options.size_classes` classes. Lists them in `sorted`, each class
+/// in a run, that of the smallest primitives first.
 pub(super) fn divide(
     boxes: &[Aabb],
     options: &Options,

@@ -37,7 +37,7 @@ pub(super) fn unite(component: &mut [u32], a: u32, b: u32) {
     unite_from(component, 0, a, b);
 }
 
-/// Makes each element's parent its representative, so that [`root`] takes one step until components are joined.
+/// Makes each element's parent its representative: the parents are then the [`root`]s, until components are joined.
 pub(super) fn flatten(component: &mut [u32]) {
     for at in 0..component.len() {
         // No element has a higher parent, so the parent's parent is its representative by now.

@@ -200,7 +200,7 @@ fn options_reach_the_core() {
     }
 }
 
-/// What each target has to print in `.ci/run c_interface`.
+/// The lines of `expected.txt`, which each target has to print in `.ci/run c_interface`, are those of the core's hits.
 #[test]
 fn examples_print_what_the_core_finds() {
     let given = Given::groups();
