@@ -208,14 +208,20 @@ fn divide(
 
     // 1. Compute the box of each primitive. An object number that no triangle has keeps the empty box.
     let boxes = arena.take::<Aabb>(count)?;
-    boxes.fill(Aabb::EMPTY);
     let primitive_of = |triangle: usize| match scene.objects {
         Some(objects) => objects.get(triangle).map_or(0, |&object| object as usize),
         None => triangle,
     };
-    for (at, triangle) in triangles.iter().enumerate() {
-        if let Some(bounds) = boxes.get_mut(primitive_of(at)) {
-            *bounds = Box4::of(bounds).union(Box4::of_triangle(&triangle)).aabb();
+    if scene.objects.is_none() {
+        for (bounds, triangle) in boxes.iter_mut().zip(triangles.iter()) {
+            *bounds = Box4::of_triangle(&triangle).aabb();
+        }
+    } else {
+        boxes.fill(Aabb::EMPTY);
+        for (at, triangle) in triangles.iter().enumerate() {
+            if let Some(bounds) = boxes.get_mut(primitive_of(at)) {
+                *bounds = Box4::of(bounds).union(Box4::of_triangle(&triangle)).aabb();
+            }
         }
     }
 
@@ -229,7 +235,8 @@ fn divide(
     let (keys, mut buffer) = scratch.sorting(count)?;
     let size_classes = size_class::divide(boxes, options, keys, sorted, &mut buffer);
     let class_count = size_classes.len() as u32;
-    for (number, class) in (0..).zip(&size_classes) {
+    class_of.fill(0);
+    for (number, class) in (0..).zip(&size_classes).skip(1) {
         for &member in sorted.get(class.run.clone())? {
             *class_of.get_mut(member as usize)? = number;
         }
@@ -248,6 +255,7 @@ fn divide(
     // 4. Number the components in the order of their lowest triangle, and list the triangles of each.
     let (order, ends) = (class_of, sorted);
     let number_of: &mut [u32] = bytemuck::must_cast_slice_mut(boxes);
+    let number_of = number_of.get_mut(..count)?;
     number_of.fill(u32::MAX);
     union_find::flatten(component);
     let root_of =

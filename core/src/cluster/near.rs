@@ -1,8 +1,78 @@
-//! "At most delta apart", for boxes in lanes.
+//! "At most delta apart", for boxes in lanes: of two boxes, or of one box and a group of eight.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use crate::geometry::Box4;
+
+/// Number of boxes in a group.
+pub(super) const GROUP: usize = 8;
+
+/// Up to [`GROUP`] boxes, a lane each. Lanes without a box have the empty box.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct BoxGroup {
+    /// The lower sides of the boxes on each axis.
+    lo: [[Vec4; 2]; 3],
+    /// The upper sides.
+    hi: [[Vec4; 2]; 3],
+}
+
+impl BoxGroup {
+    /// A group without boxes.
+    pub const EMPTY: Self = Self { lo: [[Vec4::INFINITY; 2]; 3], hi: [[Vec4::NEG_INFINITY; 2]; 3] };
+
+    /// Gathers the first [`GROUP`] boxes, or fewer.
+    pub fn gather(boxes: impl Iterator<Item = Box4>) -> Self {
+        let mut lanes = [Box4::EMPTY; GROUP];
+        for (lane, bounds) in lanes.iter_mut().zip(boxes) {
+            *lane = bounds;
+        }
+        let [a, b, c, d, e, f, g, h] = lanes;
+        let lo = [transpose([a.lo, b.lo, c.lo, d.lo]), transpose([e.lo, f.lo, g.lo, h.lo])];
+        let hi = [transpose([a.hi, b.hi, c.hi, d.hi]), transpose([e.hi, f.hi, g.hi, h.hi])];
+        let axes = |[low, high]: [[Vec4; 3]; 2]| {
+            let ([x0, y0, z0], [x1, y1, z1]) = (low, high);
+            [[x0, x1], [y0, y1], [z0, z1]]
+        };
+        Self { lo: axes(lo), hi: axes(hi) }
+    }
+
+    /// The box around all.
+    pub fn bounds(&self) -> Box4 {
+        let [x, y, z] = self.lo.map(|[a, b]| a.min(b).min_element());
+        let lo = Vec4::new(x, y, z, 0.0);
+        let [x, y, z] = self.hi.map(|[a, b]| a.max(b).max_element());
+        Box4 { lo, hi: Vec4::new(x, y, z, 0.0) }
+    }
+
+    /// The box in a lane.
+    pub fn get(&self, lane: usize) -> Box4 {
+        let corner = |sides: &[[Vec4; 2]; 3]| {
+            let side = |axis: &[Vec4; 2]| {
+                let lanes: &[f32; GROUP] = bytemuck::must_cast_ref(axis);
+                lanes.get(lane).copied().unwrap_or(0.0)
+            };
+            let [x, y, z] = sides;
+            Vec4::new(side(x), side(y), side(z), 0.0)
+        };
+        Box4 { lo: corner(&self.lo), hi: corner(&self.hi) }
+    }
+}
+
+/// The first three components of four vectors, each in one vector.
+fn transpose([a, b, c, d]: [Vec4; 4]) -> [Vec4; 3] {
+    [Vec4::new(a.x, b.x, c.x, d.x), Vec4::new(a.y, b.y, c.y, d.y), Vec4::new(a.z, b.z, c.z, d.z)]
+}
+
+/// The numbers of the bits that are set, ascending.
+pub(super) fn bits(mut set: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lowest = (set != 0).then(|| set.trailing_zeros() as usize)?;
+        set &= set - 1;
+        Some(lowest)
+    })
+}
 
 /// Test whether two boxes are at most a given distance apart. It says exactly what `Aabb::gap_squared` says.
 ///
@@ -43,7 +113,35 @@ impl Nearness {
         if square > self.surely_not {
             return false;
         }
-        square < self.surely || a.aabb().gap_squared(&b.aabb()) <= self.delta_squared
+        square < self.surely || self.holds_exactly(a, b)
+    }
+
+    /// The lanes of a group, as bits, whose boxes are near to `one`.
+    #[inline]
+    pub fn lanes(&self, one: &Box4, group: &BoxGroup) -> u32 {
+        let [(low, sure_low), (high, sure_high)] = [0, 1].map(|half| {
+            let gap = |lo: f32, hi: f32, axis: usize| {
+                let (lo, hi) = (Vec4::splat(lo), Vec4::splat(hi));
+                let gap = (lo - group.hi[axis][half]).max(group.lo[axis][half] - hi);
+                gap.max(Vec4::ZERO)
+            };
+            let x = gap(one.lo.x, one.hi.x, 0);
+            let y = gap(one.lo.y, one.hi.y, 1);
+            let z = gap(one.lo.z, one.hi.z, 2);
+            let square = x * x + y * y + z * z;
+            let possible = square.cmple(Vec4::splat(self.surely_not)).bitmask();
+            (possible, square.cmplt(Vec4::splat(self.surely)).bitmask())
+        });
+        let (possible, sure) = (low | high << 4, sure_low | sure_high << 4);
+        let undecided = bits(possible & !sure);
+        undecided.fold(sure, |near, lane| {
+            near | u32::from(self.holds_exactly(one, &group.get(lane))) << lane
+        })
+    }
+
+    #[cold]
+    fn holds_exactly(&self, a: &Box4, b: &Box4) -> bool {
+        a.aabb().gap_squared(&b.aabb()) <= self.delta_squared
     }
 }
 
@@ -68,10 +166,20 @@ mod tests {
                     let boxes = [Box4::of(&unit), Box4::of(&other)];
                     assert_eq!(near.holds(&boxes[0], &boxes[1]), expected, "{at} {delta}");
                     assert_eq!(near.holds(&boxes[1], &boxes[0]), expected, "{at} {delta}");
+                    for lane in 0..GROUP {
+                        let lanes = (0..GROUP).map(|at| boxes[usize::from(at != lane)]);
+                        let group = BoxGroup::gather(lanes.take(lane + 1));
+                        let near = near.lanes(&boxes[1], &group);
+                        let others = (1 << lane) - 1;
+                        assert_eq!(near, others | u32::from(expected) << lane, "{at} {delta}");
+                    }
                 }
             }
             assert!(!near.holds(&Box4::EMPTY, &Box4::of(&unit)));
             assert!(!near.holds(&Box4::EMPTY, &Box4::EMPTY));
+            let nothing = BoxGroup::gather(core::iter::empty());
+            assert_eq!(near.lanes(&Box4::of(&unit), &nothing), 0);
+            assert_eq!(near.lanes(&Box4::EMPTY, &nothing), 0);
         }
     }
 }

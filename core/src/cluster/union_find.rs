@@ -19,11 +19,6 @@ pub(super) fn root_from(parents: &mut [u32], first: usize, mut element: u32) -> 
     element
 }
 
-/// Finds the representative of an element's component: its lowest member.
-pub(super) fn root(component: &mut [u32], element: u32) -> u32 {
-    root_from(component, 0, element)
-}
-
 /// Joins the components of `a` and `b`, and tells whether they were different.
 pub(super) fn unite_from(parents: &mut [u32], first: usize, a: u32, b: u32) -> bool {
     let (a, b) = (root_from(parents, first, a), root_from(parents, first, b));
@@ -37,7 +32,7 @@ pub(super) fn unite(component: &mut [u32], a: u32, b: u32) {
     unite_from(component, 0, a, b);
 }
 
-/// Makes each element's parent its representative: the parents are then the [`root`]s, until components are joined.
+/// Makes each element's parent its representative, until components are joined.
 pub(super) fn flatten(component: &mut [u32]) {
     for at in 0..component.len() {
         // No element has a higher parent, so the parent's parent is its representative by now.
