@@ -109,6 +109,8 @@ pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
 #[cfg(feature = "alloc")]
 pub use index::OwnedIndex;
+#[cfg(feature = "wide-bvh")]
+pub use index::SlicedBuild;
 pub use index::{
     AnyIndex, BATCH_SCRATCH, Capacity, Index, IndexKind, RayIndex, Storage, Stored, select,
 };

@@ -19,6 +19,8 @@ mod queries;
 mod ray_index;
 mod registry;
 pub mod select;
+#[cfg(feature = "wide-bvh")]
+mod sliced;
 mod stored;
 
 use core::marker::PhantomData;
@@ -30,6 +32,8 @@ pub use owned::OwnedIndex;
 pub use queries::BATCH_SCRATCH;
 pub use ray_index::RayIndex;
 pub use registry::{AnyIndex, IndexKind};
+#[cfg(feature = "wide-bvh")]
+pub use sliced::SlicedBuild;
 pub use stored::{Storage, Stored};
 
 use crate::cluster::{self, ClusterNode, ClusterTree, NodeId};

@@ -1,6 +1,7 @@
 //! Triangles in the caller's memory.
 
 use core::fmt;
+use core::ops::Range;
 
 use crate::Vec3;
 use crate::geometry::Triangle;
@@ -81,11 +82,22 @@ impl<'a> Mesh<'a> {
     /// # Errors
     /// [`MeshError::TooManyTriangles`], else the error of the first wrong triangle.
     pub fn check(&self) -> Result<(), MeshError> {
+        self.check_count()?;
+        self.check_some(0..self.len())
+    }
+
+    /// Checks the number of triangles.
+    pub(crate) fn check_count(&self) -> Result<(), MeshError> {
         let given = self.len();
         if given > MOST_TRIANGLES {
             return Err(MeshError::TooManyTriangles { given, most: MOST_TRIANGLES });
         }
-        for triangle in 0..given as u32 {
+        Ok(())
+    }
+
+    /// Checks some triangles, of a number that is allowed.
+    pub(crate) fn check_some(&self, triangles: Range<usize>) -> Result<(), MeshError> {
+        for triangle in triangles.start as u32..triangles.end as u32 {
             match self.get(triangle) {
                 Some(corners) if corners.is_finite() => {}
                 Some(_) => return Err(MeshError::NonFiniteVertex { triangle }),

@@ -102,6 +102,11 @@ impl<'a> Scene<'a> {
     /// Checks that an index can be built from the scene.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
         self.triangles.check()?;
+        self.check_objects()
+    }
+
+    /// Checks the objects.
+    pub(crate) fn check_objects(&self) -> Result<(), BuildError> {
         let given = self.triangles.len();
         let Some(objects) = self.objects else {
             return Ok(());

@@ -37,6 +37,7 @@ mod tree;
 mod wavefront;
 
 pub use full::WideBvh;
+pub(crate) use full::{SliceError, SlicedWords};
 pub use quantised::{CompactBvh, LeanBvh};
 
 use crate::input::Options;

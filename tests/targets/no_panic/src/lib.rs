@@ -26,7 +26,7 @@ use arboleda::custom::{RaySpan, kernel, may_overlap};
 use arboleda::kinds::{Clustered, Octree};
 use arboleda::{
     Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray,
-    RayError, Scene, Stored, Triangle, Vec3, clusters as cluster, intersect, select,
+    RayError, Scene, SlicedBuild, Stored, Triangle, Vec3, clusters as cluster, intersect, select,
 };
 
 unsafe extern "C" {
@@ -179,6 +179,32 @@ pub unsafe extern "C" fn prove_build(input: Build) -> usize {
     match (capacity, kind.build(&scene, &options, arena, scratch)) {
         (Ok(capacity), Ok(index)) => index.as_bytes().len() + capacity.index + needed,
         (Err(error), _) | (_, Err(error)) => message(error),
+    }
+}
+
+/// Builds a wide BVH in slices.
+///
+/// # Safety
+/// Each slice must fulfil the conditions of [`Slice::get`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_build_in_slices(input: Build, looks: usize) -> usize {
+    let options = input.options;
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
+    let (scene, arena, scratch) = unsafe {
+        let scene = scene(&input);
+        (scene, input.arena.get(), input.scratch.get())
+    };
+    let needed = SlicedBuild::scratch_capacity(scene.triangles().len());
+    let mut build = match SlicedBuild::new(&scene, &options, arena, scratch) {
+        Ok(build) => build,
+        Err(error) => return message(error),
+    };
+    if let Err(error) = build.step(looks) {
+        return message(error);
+    }
+    match build.finish() {
+        Ok(index) => index.as_bytes().len() + needed,
+        Err(error) => message(error),
     }
 }
 

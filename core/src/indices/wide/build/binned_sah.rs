@@ -24,7 +24,7 @@ use crate::geometry::Box4;
 ///
 /// # Measured
 /// - 16: 1.5% more steps of a ray, over the built-in scenes. 64 are as good as 32.
-const BINS: usize = 32;
+pub(super) const BINS: usize = 32;
 /// Number of bins along an axis for fewer than `FEW` primitives, because sweeping over the bins is most of the work
 /// there.
 ///
@@ -42,6 +42,11 @@ const FEW: usize = 96;
 /// - Cells of neighbours along a Morton curve as the primitives of the upper levels: no faster than a sample, with 1 to
 ///   5% more nodes and half as much scratch again.
 const EVERY_FIFTH: usize = 16_384;
+
+/// Of `count` primitives, one in so many is binned.
+pub(super) fn stride_of(count: usize) -> u8 {
+    if count >= EVERY_FIFTH { 5 } else { 1 }
+}
 
 /// Splits more than eight primitives in two at the least cost, or equally where there is no plane: none separates them,
 /// or all costs overflow, or rounding leaves a side empty. Returns
@@ -65,7 +70,7 @@ fn split_by_bins<const N: usize>(
 ) -> (usize, [PrimitiveBounds; 2]) {
     let bins = Bins::new(part, N);
     let mut binned = Binned::<N>::EMPTY;
-    binned.add_all(primitives, &bins);
+    binned.add_all(primitives, stride_of(primitives.len()), &bins);
     match binned.best_plane() {
         Some(plane) => partition_by_plane(primitives, &bins, &plane),
         None => split_equally(primitives),
@@ -120,13 +125,13 @@ const ROOTS: [f32; 256] = {
 };
 
 /// Mapping from centroids to bins, along each axis.
-struct Bins {
+pub(super) struct Bins {
     from: Vec4,
     scale: Vec4,
 }
 
 impl Bins {
-    fn new(part: &PrimitiveBounds, count: usize) -> Self {
+    pub fn new(part: &PrimitiveBounds, count: usize) -> Self {
         let Box4 { lo, hi } = part.centroids;
         // Scaled down by the rounding error, so that the largest centroid falls into the last bin, and one at the begin
         // of a bin into that bin.
@@ -170,7 +175,7 @@ const BIN_ERROR: f32 = 1.0 / 128.0;
 /// # What lost
 /// - Boxes of eight numbers, the upper corner negated so that one minimum is enough: twice as long, because the
 ///   compiler stores them through masks.
-struct Binned<const N: usize> {
+pub(super) struct Binned<const N: usize> {
     lo: [[Vec4; N]; 3],
     hi: [[Vec4; N]; 3],
     /// The counts along x, y and z.
@@ -178,7 +183,7 @@ struct Binned<const N: usize> {
 }
 
 /// Plane between two bins of an axis.
-struct BinPlane {
+pub(super) struct BinPlane {
     axis: usize,
     /// The first bin above the plane.
     bin: usize,
@@ -187,17 +192,16 @@ struct BinPlane {
 }
 
 impl<const N: usize> Binned<N> {
-    const EMPTY: Self = {
+    pub const EMPTY: Self = {
         let Box4 { lo, hi } = Box4::EMPTY;
         Self { lo: [[lo; N]; 3], hi: [[hi; N]; 3], counts: [[0; 4]; N] }
     };
 
-    /// Adds primitives to their bins.
-    fn add_all(&mut self, primitives: &[Primitive], bins: &Bins) {
-        if primitives.len() >= EVERY_FIFTH {
-            const STRIDE: u8 = 5;
-            for primitive in primitives.iter().step_by(STRIDE.into()) {
-                self.add(primitive, STRIDE.into(), bins);
+    /// Adds each primitive, or one in `stride`, to its bin on each axis.
+    pub fn add_all(&mut self, primitives: &[Primitive], stride: u8, bins: &Bins) {
+        if stride > 1 {
+            for primitive in primitives.iter().step_by(stride.into()) {
+                self.add(primitive, stride.into(), bins);
             }
             return;
         }
@@ -228,7 +232,7 @@ impl<const N: usize> Binned<N> {
 
     /// Finds the plane of least SAH cost; of equals, the first axis, then the highest bin. `None` where no plane
     /// separates the primitives, or all costs overflow.
-    fn best_plane(&self) -> Option<BinPlane> {
+    pub fn best_plane(&self) -> Option<BinPlane> {
         // 1. Sweep upwards: the costs below each plane, on all axes at once. The cost of an empty side is NaN, and
         // never less.
         let mut below = [Vec4::ZERO; N];
@@ -297,6 +301,23 @@ impl Sides {
 
 /// Partitions primitives by a plane, the cheaper side to the front. Returns the length of the front, and the bounds of
 /// both sides.
+fn partition_by_plane(
+    primitives: &mut [Primitive],
+    bins: &Bins,
+    plane: &BinPlane,
+) -> (usize, [PrimitiveBounds; 2]) {
+    let mut partition = Partition::new(bins, plane);
+    partition.go_on(primitives, primitives.len());
+    match primitives.split_at_checked(partition.front) {
+        Some((left, right)) if !left.is_empty() && !right.is_empty() => {
+            (partition.front, [left, right].map(PrimitiveBounds::around))
+        }
+        // Rounding put the plane outside the centroids.
+        _ => split_equally(primitives),
+    }
+}
+
+/// Partition of primitives by a plane, the cheaper side to the front, which can pause.
 ///
 /// Each primitive is swapped with the first one behind the front, and the front grows if the primitive belongs there.
 /// No branch depends on a primitive, because half of those would be mispredicted.
@@ -307,39 +328,45 @@ impl Sides {
 /// # What lost
 /// - Finding the sides of 32 primitives from either end, and then exchanging only those on the wrong side: as long.
 /// - A stable order by way of spare memory: as long.
-fn partition_by_plane(
-    primitives: &mut [Primitive],
-    bins: &Bins,
-    plane: &BinPlane,
-) -> (usize, [PrimitiveBounds; 2]) {
-    let axis = plane.axis % 3;
-    let mut plane_at = [f32::INFINITY; 4];
-    plane_at[axis] = bins.coordinate_of(plane);
-    let plane_at = Vec4::from_array(plane_at);
-    let front_is = if plane.above_first { 1 << axis } else { 0 };
-    // Corner by corner: reading a primitive as one value that was just written as two corners would stall.
-    let corners =
-        Cell::from_mut(bytemuck::cast_slice_mut::<Primitive, Vec4>(primitives)).as_slice_of_cells();
-    let (cells, _) = corners.as_chunks::<2>();
-    let mut front = 0;
-    for [lo, hi] in cells {
-        let primitive: Primitive = bytemuck::must_cast([lo.get(), hi.get()]);
-        let is_front = primitive.doubled_centroid().cmpge(plane_at).bitmask() == front_is;
-        if let Some([first_lo, first_hi]) = cells.get(front) {
-            lo.set(first_lo.get());
-            hi.set(first_hi.get());
-            let [primitive_lo, primitive_hi] = bytemuck::must_cast(primitive);
-            first_lo.set(primitive_lo);
-            first_hi.set(primitive_hi);
-        }
-        front += usize::from(is_front);
+pub(super) struct Partition {
+    plane_at: Vec4,
+    front_is: u32,
+    /// The length of the front so far.
+    pub front: usize,
+    /// The next primitive to look at.
+    pub next: usize,
+}
+
+impl Partition {
+    pub fn new(bins: &Bins, plane: &BinPlane) -> Self {
+        let axis = plane.axis % 3;
+        let mut plane_at = [f32::INFINITY; 4];
+        plane_at[axis] = bins.coordinate_of(plane);
+        let front_is = if plane.above_first { 1 << axis } else { 0 };
+        Self { plane_at: Vec4::from_array(plane_at), front_is, front: 0, next: 0 }
     }
-    match primitives.split_at_checked(front) {
-        Some((left, right)) if !left.is_empty() && !right.is_empty() => {
-            (front, [left, right].map(PrimitiveBounds::around))
+
+    /// Looks at up to `count` more primitives of all `primitives`.
+    pub fn go_on(&mut self, primitives: &mut [Primitive], count: usize) {
+        // Corner by corner: reading a primitive as one value that was just written as two corners would stall.
+        let corners = Cell::from_mut(bytemuck::cast_slice_mut::<Primitive, Vec4>(primitives))
+            .as_slice_of_cells();
+        let (cells, _) = corners.as_chunks::<2>();
+        let mut front = self.front;
+        for [lo, hi] in cells.iter().skip(self.next).take(count) {
+            let primitive: Primitive = bytemuck::must_cast([lo.get(), hi.get()]);
+            let sides = primitive.doubled_centroid().cmpge(self.plane_at).bitmask();
+            if let Some([first_lo, first_hi]) = cells.get(front) {
+                lo.set(first_lo.get());
+                hi.set(first_hi.get());
+                let [primitive_lo, primitive_hi] = bytemuck::must_cast(primitive);
+                first_lo.set(primitive_lo);
+                first_hi.set(primitive_hi);
+            }
+            front += usize::from(sides == self.front_is);
         }
-        // Rounding put the plane outside the centroids.
-        _ => split_equally(primitives),
+        self.front = front;
+        self.next = (self.next + count).min(primitives.len());
     }
 }
 

@@ -11,12 +11,15 @@
 //! Both passes go down the tree in branches that share no state. So an executor may run them in parallel, and the bytes
 //! are the same. A dry run is the first pass alone.
 //!
+//! `slices` is the first pass in slices, for a build that pauses.
+//!
 //! The quantised indices begin with the first pass too, and write its [`Subtree`]s in their own form.
 
 mod binned_sah;
 pub(crate) mod collapse;
 mod partition;
 pub(crate) mod primitive;
+pub(crate) mod slices;
 
 use super::rows::LANES;
 use crate::cluster::MAX_TREE_DEPTH;
@@ -56,8 +59,8 @@ pub(crate) fn sort<'s>(
     let DividedScene { triangles, clusters, ref nodes, .. } = *division;
     let count = triangles.len();
     // Branches may run in parallel and do not share a count, so the steps are known only at the end. The depth bounds
-    // them. A `work_limit` below the steps of a balanced tree, the fewest of all, is refused before sorting.
-    let least = count as u64 * u64::from((count / LEAF_TRIANGLES).checked_ilog2().unwrap_or(0) + 1);
+    // them. A `work_limit` below the fewest of all is refused before sorting.
+    let least = least_steps(count);
     if least > words.steps_left() {
         words.spend(least)?;
     }
@@ -73,6 +76,11 @@ pub(crate) fn sort<'s>(
     let forest = Sorter { divider, executor }.sort(primitives, splits, 0, &subset);
     words.spend(forest.steps)?;
     Ok(Sorted { root: Subtree::root(primitives, splits, &forest), largest })
+}
+
+/// The steps of a balanced tree, the fewest of all.
+pub(crate) fn least_steps(count: usize) -> u64 {
+    count as u64 * u64::from((count / LEAF_TRIANGLES).checked_ilog2().unwrap_or(0) + 1)
 }
 
 /// Leaf size: the most triangles in a leaf, in all three forms. Leaves of one node share rows, so small leaves cost

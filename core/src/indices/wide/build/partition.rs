@@ -48,6 +48,11 @@ impl<'b> Divider<'b> {
         divider
     }
 
+    /// A splitter of subsets inside of a cluster alone.
+    pub const fn of_parts() -> Self {
+        Self { nodes: &[], counts: &[] }
+    }
+
     /// The subset of all primitives.
     pub fn root(&self, primitives: &[Primitive]) -> Subset {
         self.subset_of((self.nodes.len() as u32).saturating_sub(1), primitives)

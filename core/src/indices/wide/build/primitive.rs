@@ -47,9 +47,16 @@ pub(crate) struct PrimitiveBounds {
 }
 
 impl PrimitiveBounds {
+    /// The bounds of no primitives.
+    pub const EMPTY: Self = Self { bounds: Box4::EMPTY, centroids: Box4::EMPTY };
+
     pub fn around(primitives: &[Primitive]) -> Self {
-        let nothing = Self { bounds: Box4::EMPTY, centroids: Box4::EMPTY };
-        primitives.iter().fold(nothing, |all, primitive| Self {
+        Self::EMPTY.with(primitives)
+    }
+
+    /// The bounds of these and more primitives.
+    pub fn with(self, primitives: &[Primitive]) -> Self {
+        primitives.iter().fold(self, |all, primitive| Self {
             bounds: all.bounds.union(primitive.bounds()),
             centroids: all.centroids.union(Box4::at(primitive.doubled_centroid())),
         })

@@ -22,6 +22,7 @@ use core::ops::Range;
 use glam::Vec4;
 
 use super::HEAD_ROWS;
+use super::plan::{Plan, Planner, is_upper, shared_rows};
 use crate::error::BuildError;
 use crate::geometry::Box4;
 use crate::indices::wide::build::collapse::Subtree;
@@ -34,19 +35,6 @@ use crate::indices::wide::rows::{
 use crate::input::{Executor, Mesh};
 use crate::memory::Words;
 use crate::structure::DividedScene;
-
-/// Number of rows of a page of 4 KiB.
-const PAGE_ROWS: u32 = 128;
-
-/// Tells whether a subtree's root is an upper node.
-fn is_upper(subtree: &Subtree<'_>) -> bool {
-    subtree.rows() > PAGE_ROWS
-}
-
-/// Counts the upper nodes. The recursion is as deep as the tree.
-fn count_upper(subtree: &Subtree<'_>) -> u32 {
-    if is_upper(subtree) { 1 + subtree.children().iter().map(count_upper).sum::<u32>() } else { 0 }
-}
 
 /// Entry of a child in its node.
 #[derive(Clone, Copy)]
@@ -61,33 +49,6 @@ impl Child {
     const NONE: Self = Self { bounds: Box4::EMPTY, link: EMPTY, edge: 0 };
 }
 
-/// The rows that those subtrees share which are leaves.
-fn shared_rows(subtrees: &[Subtree<'_>]) -> u32 {
-    let leaves = subtrees.iter().filter(|subtree| subtree.is_leaf());
-    Packing::of(leaves.map(|leaf| leaf.primitives.len())).rows()
-}
-
-/// Plan of an upper node. Until the node is written, its plan lies in the node's rows.
-struct Plan<'s> {
-    subtree: Subtree<'s>,
-    /// The row at which its leaves and lower subtrees begin.
-    row: u32,
-    /// The link to the first of its children that are upper nodes.
-    link: u32,
-}
-
-impl<'s> Plan<'s> {
-    fn put(self, node: &mut Node) {
-        let [from, count, at] = self.subtree.key();
-        node[0] = [from, count, at, self.row, self.link, 0, 0, 0];
-    }
-
-    fn of(node: &Node, root: Subtree<'s>) -> Self {
-        let [from, count, at, row, link, ..] = node[0];
-        Self { subtree: root.find([from, count, at]), row, link }
-    }
-}
-
 /// Builds a wide BVH: both passes.
 pub(crate) fn build(
     mut division: DividedScene<'_>,
@@ -96,81 +57,83 @@ pub(crate) fn build(
     executor: &impl Executor,
 ) -> Result<(), BuildError> {
     let triangles = division.triangles;
-    let count = triangles.len();
-    // At worst each triangle is a leaf with rows of its own, and there is a node for every two children.
-    if count.saturating_mul((LEAF_ROWS + NODE_ROWS) as usize) >= ROW_MASK as usize {
-        return Err(BuildError::TooLarge);
-    }
-    if count == 0 {
+    check_count(triangles.len())?;
+    if triangles.is_empty() {
         return Ok(());
     }
     let Sorted { root, largest } = sort(&division, words, scratch, executor)?;
-    let rows = HEAD_ROWS.saturating_add(root.rows());
-    if let Some(words) = words.append(rows as usize * LANES) {
+    if let Some(words) = words.append(word_count(&root)) {
         let rows = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
-        Writer { triangles, root, executor }.write(largest, rows);
+        if let Some((head, rows)) = rows.split_first_chunk_mut() {
+            let mut planner = Planner::default();
+            planner.go_on(rows, root, usize::MAX);
+            Writer::new(triangles, root, &planner, executor).write(largest, head, rows);
+        }
     }
     division.first_owns(words.len());
     Ok(())
 }
 
-/// Second pass.
-struct Writer<'s, E> {
-    pub triangles: Mesh<'s>,
-    /// The subtree of all primitives.
-    pub root: Subtree<'s>,
-    pub executor: &'s E,
+/// Checks that links reach all rows, whatever the tree.
+pub(super) fn check_count(triangle_count: usize) -> Result<(), BuildError> {
+    // At worst each triangle is a leaf with rows of its own, and there is a node for every two children.
+    let rows = triangle_count.saturating_mul((LEAF_ROWS + NODE_ROWS) as usize);
+    if rows >= ROW_MASK as usize { Err(BuildError::TooLarge) } else { Ok(()) }
 }
 
-impl<E: Executor> Writer<'_, E> {
+/// The number of words of an index.
+pub(super) fn word_count(root: &Subtree<'_>) -> usize {
+    HEAD_ROWS.saturating_add(root.rows()) as usize * LANES
+}
+
+/// The head of the words.
+pub(super) type Head = [Row; HEAD_ROWS as usize];
+
+/// Second pass, after the plan.
+pub(super) struct Writer<'s, E> {
+    triangles: Mesh<'s>,
+    /// The subtree of all primitives.
+    root: Subtree<'s>,
+    upper_rows: u32,
+    executor: &'s E,
+}
+
+impl<'s, E: Executor> Writer<'s, E> {
+    pub fn new(triangles: Mesh<'s>, root: Subtree<'s>, planner: &Planner, executor: &'s E) -> Self {
+        Self { triangles, root, upper_rows: planner.upper_rows(), executor }
+    }
+
     /// Writes the head, and the tree behind it.
-    pub fn write(&self, largest: f32, rows: &mut [Row]) {
-        let upper_rows = count_upper(&self.root) * NODE_ROWS;
-        let Some((head, rows)) = rows.split_at_mut_checked(HEAD_ROWS as usize) else { return };
-        let Some((nodes, below)) = rows.split_at_mut_checked(upper_rows as usize) else { return };
-        let (nodes, _) = nodes.as_chunks_mut();
-        let (link, edge) = if nodes.is_empty() {
-            let [root, ..] = self.children(&[self.root], EMPTY, HEAD_ROWS, below);
-            (root.link, root.edge)
-        } else {
-            let row = HEAD_ROWS + upper_rows;
-            self.plan(nodes, row);
-            self.below(nodes, row, below);
-            join_boxes(nodes);
+    pub fn write(&self, largest: f32, head: &mut Head, rows: &mut [Row]) {
+        let Some((nodes, below)) = self.split(rows) else { return };
+        if !nodes.is_empty() {
+            self.below(nodes, 0, below);
+            let count = nodes.len();
+            join_boxes(nodes, 0..count);
+        }
+        self.finish(largest, head, rows);
+    }
+
+    /// Divides the rows behind the head into upper nodes and what is below them.
+    fn split<'r>(&self, rows: &'r mut [Row]) -> Option<(&'r mut [Node], &'r mut [Row])> {
+        let (nodes, below) = rows.split_at_mut_checked(self.upper_rows as usize)?;
+        Some((nodes.as_chunks_mut().0, below))
+    }
+
+    /// Writes the head; and the tree, if no node is an upper one.
+    pub fn finish(&self, largest: f32, head: &mut Head, rows: &mut [Row]) {
+        let (link, edge) = if self.upper_rows > 0 {
             (HEAD_ROWS, 0)
+        } else {
+            let [root, ..] = self.children(&[self.root], EMPTY, HEAD_ROWS, rows);
+            (root.link, root.edge)
         };
-        head.fill([0; LANES]);
-        if let Some(head) = head.first_mut() {
-            *head = [link, edge, largest.to_bits(), upper_rows, 0, 0, 0, 0];
-        }
+        *head = Default::default();
+        head[0] = [link, edge, largest.to_bits(), self.upper_rows, 0, 0, 0, 0];
     }
 
-    /// Phase 1: plans the upper nodes, breadth first. What is below them begins at `row`.
-    fn plan(&self, nodes: &mut [Node], mut row: u32) {
-        let mut found = 1;
-        if let Some(node) = nodes.first_mut() {
-            Plan { subtree: self.root, row, link: 0 }.put(node);
-        }
-        for at in 0..nodes.len() {
-            let Some(node) = nodes.get_mut(at) else { return };
-            let Plan { subtree, .. } = Plan::of(node, self.root);
-            let link = HEAD_ROWS + found as u32 * NODE_ROWS;
-            Plan { subtree, row, link }.put(node);
-            let children = subtree.children();
-            row += shared_rows(&children);
-            for child in children.iter().filter(|child| !child.is_leaf()) {
-                if !is_upper(child) {
-                    row += child.rows();
-                } else if let Some(node) = nodes.get_mut(found) {
-                    Plan { subtree: *child, row: 0, link: 0 }.put(node);
-                    found += 1;
-                }
-            }
-        }
-    }
-
-    /// Phase 2: writes what is below some planned nodes, from `row` on, and these nodes, without the boxes of upper
-    /// children.
+    /// Phase 2: writes what is below some planned nodes, from `row` of the rows below all on, and these nodes, without
+    /// the boxes of upper children.
     fn below(&self, nodes: &mut [Node], row: u32, rows: &mut [Row]) {
         let (left, right) = nodes.split_at_mut(nodes.len() / 2);
         let Some(middle) = right.first() else { return };
@@ -197,7 +160,29 @@ impl<E: Executor> Writer<'_, E> {
     /// Writes what is below one planned node, and the node.
     fn upper_node(&self, node: &mut Node, row: u32, rows: &mut [Row]) {
         let Plan { subtree, link, .. } = Plan::of(node, self.root);
+        let row = HEAD_ROWS + self.upper_rows + row;
         write_node(node, &self.children(&subtree.children(), link, row, rows));
+    }
+
+    /// Phase 2 for one upper node alone. Returns the number of rows written below it; `None` if there is no such node.
+    pub fn below_one(&self, rows: &mut [Row], at: usize) -> Option<usize> {
+        let (nodes, below) = self.split(rows)?;
+        let row_of = |node: &Node| Plan::of(node, self.root).row as usize;
+        let end = nodes.get(at + 1).map_or(below.len(), row_of);
+        let node = nodes.get_mut(at)?;
+        let row = row_of(node);
+        let rows = below.get_mut(row..end)?;
+        self.upper_node(node, row as u32, rows);
+        Some(rows.len())
+    }
+
+    /// Phase 3 for up to `count` upper nodes before the node `end`. Returns the first of them.
+    pub fn join_some(&self, rows: &mut [Row], end: usize, count: usize) -> usize {
+        let start = end.saturating_sub(count);
+        if let Some((nodes, _)) = self.split(rows) {
+            join_boxes(nodes, start..end);
+        }
+        start
     }
 
     /// Writes a node, whose first row is `row`, and what is below it. The recursion is as deep as the tree.
@@ -304,10 +289,10 @@ fn bounds_of(node: &Node) -> Box4 {
     }
 }
 
-/// Phase 3: writes the boxes of upper nodes into their parents. Children come later than parents, so the last node is
-/// first.
-fn join_boxes(nodes: &mut [Node]) {
-    for at in (0..nodes.len()).rev() {
+/// Phase 3: writes the boxes of upper nodes into their parents, those of the range. Children come later than parents,
+/// so the last node is first.
+fn join_boxes(nodes: &mut [Node], parents: Range<usize>) {
+    for at in parents.rev() {
         for lane in 0..LANES {
             let child = nodes.get(at).map_or(EMPTY, |node| node[LINKS_ROW][lane]);
             if child == EMPTY || child & LEAF_BIT != 0 {

@@ -43,9 +43,12 @@
 
 mod check;
 mod emit;
+mod plan;
 mod reader;
+mod slices;
 
 use reader::WideTree;
+pub(crate) use slices::{SliceError, SlicedWords};
 
 use super::dispatch;
 use crate::cost::Weights;
