@@ -5,11 +5,15 @@
 //! Each crowd is scaled, stretched, flattened and moved. Each byte of the input is one choice.
 //!
 //! Constraints: with automatic level and resolution, at most 80 `n log2 n` counted steps; with given ones, at most the
-//! limit of steps, or an error that says so. The built index answers as the linear scan does.
+//! limit of steps, or an error that says so. The built index answers as the linear scan does. A wide BVH has the same
+//! bytes if it is built in slices.
 #![no_main]
 
 use arbitrary::{Arbitrary, Unstructured};
-use arboleda::{BuildError, BvhBuild, Hit, IndexKind, Level, Options, Resolution, Triangle, Vec3};
+use arboleda::{
+    Block, BuildError, BvhBuild, Hit, IndexKind, Level, Options, Resolution, Scene, SlicedBuild,
+    Triangle, Vec3,
+};
 use arboleda_tests::build::Built;
 use arboleda_tests::checks::{all_hits, bits};
 use arboleda_tests::crowds::{self, Crowd};
@@ -106,16 +110,32 @@ fn part(input: &mut Unstructured<'_>) -> arbitrary::Result<Vec<Triangle>> {
     Ok(moved.filter(Triangle::is_finite).collect())
 }
 
+/// The bytes of a build in slices of 1, 2, 4, ... looks, as the seed says.
+fn in_slices(triangles: &[Triangle], options: &Options, room: usize, seed: u64) -> Vec<u8> {
+    let mut arena = vec![Block::ZERO; Block::count(room)];
+    let mut scratch =
+        vec![Block::ZERO; Block::count(SlicedBuild::scratch_capacity(triangles.len()))];
+    let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+    let scene = Scene::new(triangles);
+    let mut build = SlicedBuild::new(&scene, options, arena, scratch).expect("there is memory");
+    while !build.step(1 << (seed % 16)).expect("it was built at once") {}
+    build.finish().expect("it is done").as_bytes().to_vec()
+}
+
 fuzz_target!(|case: Case| {
     let Case { kind, triangles, options, seed } = case;
     let is_found = work::is_found(&options);
     let most = if is_found { work::most_steps(triangles.len()) } else { MOST_STEPS_OF_GIVEN };
     let limited = Options { work_limit: Some(most), ..options };
-    let built = match Built::new(kind, &arboleda::Scene::new(&triangles), &limited) {
+    let built = match Built::new(kind, &Scene::new(&triangles), &limited) {
         Ok(built) => built,
         Err(BuildError::TooMuchWork { limit }) if !is_found && limit == most => return,
         Err(error) => panic!("{}: {error}, for {} triangles", kind.name(), triangles.len()),
     };
+    if kind == IndexKind::WideBvh {
+        let sliced = in_slices(&triangles, &limited, built.bytes().len(), seed);
+        assert!(sliced == built.bytes(), "{} triangles in slices", triangles.len());
+    }
     let index = built.index();
     if let Err(error) = index.check() {
         panic!("{} breaks its own invariants: {error}", kind.name());

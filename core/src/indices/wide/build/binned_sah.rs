@@ -32,7 +32,7 @@ pub(super) const BINS: usize = 32;
 /// - 4 or 6 for at most 16 primitives were no faster.
 const BINS_OF_FEW: usize = 8;
 /// Number of primitives from which on there are `BINS` bins.
-const FEW: usize = 96;
+pub(super) const FEW: usize = 96;
 
 /// Number of primitives from which on every fifth is binned; fewer are binned one and all. The stride is odd, because
 /// scenes are made of pairs and dozens.

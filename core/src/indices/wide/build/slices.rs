@@ -10,7 +10,7 @@
 
 use arrayvec::ArrayVec;
 
-use super::binned_sah::{BINS, Binned, Bins, Partition, stride_of};
+use super::binned_sah::{BINS, Binned, Bins, FEW, Partition, stride_of};
 use super::collapse::{BinarySplit, Forest};
 use super::partition::{Divider, Subset};
 use super::primitive::{Primitive, PrimitiveBounds};
@@ -18,8 +18,10 @@ use super::{BALANCED_FROM, Sorter};
 use crate::input::{MOST_TRIANGLES, Mesh, Sequential};
 use crate::memory::put;
 
-/// Most primitives that are sorted at once, in one call without a pause.
-const AT_ONCE: usize = 512;
+/// Most primitives that are sorted at once, in one call without a pause. Fewer where the crate is fuzzed, so that small
+/// scenes are divided too.
+const AT_ONCE: usize = if cfg!(fuzzing) { FEW } else { 512 };
+const _: () = assert!(AT_ONCE >= FEW, "more primitives have all bins");
 
 /// Largest number of subsets whose halves are being sorted, each inside the one before: as many as have more than
 /// `AT_ONCE` primitives.
