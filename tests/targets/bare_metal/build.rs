@@ -7,6 +7,7 @@ fn main() {
     for program in ["thumb", "thumb_cost", "thumb_stack"] {
         println!("cargo::rustc-link-arg-bin={program}=-Tlink.x"); // of cortex-m-rt; reads memory.x
     }
+    println!("cargo::rustc-link-arg-bin=linux=--no-pie"); // nobody would relocate it
     println!("cargo::rustc-link-arg-bin=riscv=-Triscv.x");
     for argument in ["-nostartfiles", "-static", "-no-pie", "-Tx86_64.x"] {
         println!("cargo::rustc-link-arg-bin=x86_64={argument}");

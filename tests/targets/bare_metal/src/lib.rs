@@ -5,7 +5,10 @@
 //!
 //! - Hits are the same on every target and for every index.
 //! - Counters are the same on every target.
-//! - Index bytes are the same on all targets of one byte order.
+//! - Index bytes are the same on every target, read as numbers of 32 bits in the machine's byte order.
+//!
+//! `golden.txt` has the lines, with which `.ci/run digests` compares those of each target. If a digest is meant to
+//! change: `cargo run --release --bin hosted >golden.txt`.
 #![no_std]
 
 #[cfg(all(target_arch = "arm", target_os = "none"))]
@@ -18,7 +21,9 @@ use core::fmt::{self, Write};
 use core::ptr::addr_of_mut;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use arboleda::{AnyIndex, Block, Counters, Hit, IndexKind, Options, Ray, Scene, Triangle, Vec3};
+use arboleda::{
+    AnyIndex, Block, Counters, Hit, IndexKind, Options, Ray, Scene, SimdLevel, Triangle, Vec3,
+};
 
 /// Squares along each side of the floor.
 const FLOOR: usize = 6;
@@ -59,24 +64,36 @@ static mut MEMORY: Memory = Memory {
 /// Returns the static memory to the first caller, and `None` to all others.
 fn memory() -> Option<&'static mut Memory> {
     static TAKEN: AtomicBool = AtomicBool::new(false);
-    let taken = TAKEN.swap(true, Ordering::Relaxed);
-    // SAFETY: only the first caller gets the reference, so no other one ever exists.
+    // Not a swap, which a Cortex-M0 does not have.
+    let taken = TAKEN.load(Ordering::Relaxed);
+    TAKEN.store(true, Ordering::Relaxed);
+    // SAFETY: the programs have one thread, and no interrupt calls this. So only the first caller gets the reference.
     (!taken).then(|| unsafe { &mut *addr_of_mut!(MEMORY) })
 }
+
+/// Kinds whose queries use SIMD beyond what the program is compiled for.
+pub const SIMD_KINDS: [IndexKind; 6] = [
+    IndexKind::WideBvh,
+    IndexKind::WideBvhHierarchy,
+    IndexKind::CompactBvh,
+    IndexKind::CompactBvhHierarchy,
+    IndexKind::LeanBvh,
+    IndexKind::LeanBvhHierarchy,
+];
 
 /// Writes one line for each index. Succeeds only once.
 ///
 /// # Errors
 /// If the output, a build or the opening of an index fails.
 pub fn run(out: &mut dyn Write) -> fmt::Result {
-    run_each(IndexKind::ALL, out)
+    run_each(IndexKind::ALL, SimdLevel::detect(), out)
 }
 
-/// Writes one line for each of some kinds of index. Succeeds only once.
+/// Writes one line for each of some kinds of index, whose queries use a SIMD level. Succeeds only once.
 ///
 /// # Errors
 /// The errors of [`run`].
-pub fn run_each(kinds: &[IndexKind], out: &mut dyn Write) -> fmt::Result {
+pub fn run_each(kinds: &[IndexKind], level: SimdLevel, out: &mut dyn Write) -> fmt::Result {
     let memory = memory().ok_or(fmt::Error)?;
     if write_scene(&mut memory.triangles) != TRIANGLES {
         writeln!(out, "the scene has another number of triangles")?;
@@ -86,8 +103,7 @@ pub fn run_each(kinds: &[IndexKind], out: &mut dyn Write) -> fmt::Result {
     let options = Options::default();
     let (arena, scratch) = (Block::bytes(&mut memory.arena), Block::bytes(&mut memory.scratch));
     for &kind in kinds {
-        let line = line(kind, &scene, &options, arena, scratch);
-        match line {
+        match line(kind, level, &scene, &options, arena, scratch) {
             Ok(line) => writeln!(out, "{line}")?,
             Err(reason) => {
                 writeln!(out, "{}: {reason}", kind.name())?;
@@ -119,6 +135,7 @@ impl fmt::Display for Line {
 
 fn line(
     kind: IndexKind,
+    level: SimdLevel,
     scene: &Scene<'_>,
     options: &Options,
     arena: &mut [u8],
@@ -128,7 +145,7 @@ fn line(
     let capacity = kind.capacity(scene, options, scratch).map_err(|_| "capacity failed")?;
     let arena = arena.get_mut(..capacity.index).ok_or("BLOCKS is too low")?;
     kind.build(scene, options, arena, scratch).map_err(|_| "build failed")?;
-    let index = kind.from_bytes(arena).map_err(|_| "its bytes were refused")?;
+    let index = at_level(kind.from_bytes(arena).map_err(|_| "its bytes were refused")?, level);
 
     let mut line = Line {
         name: kind.name(),
@@ -138,7 +155,9 @@ fn line(
         bytes: index.as_bytes().len(),
         hit_count: 0,
     };
-    line.index.bytes(index.as_bytes());
+    for word in index.as_bytes().as_chunks().0 {
+        line.index.word(u32::from_ne_bytes(*word));
+    }
     let mut numbers = Numbers(1);
     for number in 0..RAYS {
         if let Ok(ray) = ray(number, &mut numbers) {
@@ -146,6 +165,22 @@ fn line(
         }
     }
     Ok(line)
+}
+
+/// The same index, with queries at a SIMD level if they use SIMD.
+fn at_level(index: AnyIndex<'_>, level: SimdLevel) -> AnyIndex<'_> {
+    use AnyIndex::{
+        CompactBvh, CompactBvhHierarchy, LeanBvh, LeanBvhHierarchy, WideBvh, WideBvhHierarchy,
+    };
+    match index {
+        WideBvh(index) => WideBvh(index.with_simd_level(level)),
+        WideBvhHierarchy(index) => WideBvhHierarchy(index.with_simd_level(level)),
+        CompactBvh(index) => CompactBvh(index.with_simd_level(level)),
+        CompactBvhHierarchy(index) => CompactBvhHierarchy(index.with_simd_level(level)),
+        LeanBvh(index) => LeanBvh(index.with_simd_level(level)),
+        LeanBvhHierarchy(index) => LeanBvhHierarchy(index.with_simd_level(level)),
+        other => other,
+    }
 }
 
 /// Adds all answers about one ray to the digests.

@@ -7,7 +7,8 @@ use core::arch::{asm, global_asm};
 use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 
-use arboleda::{IndexKind, SimdLevel};
+use arboleda::SimdLevel;
+use arboleda_bare_metal::SIMD_KINDS;
 
 // Start-up (*Intel 64 and IA-32 Architectures Software Developer's Manual*, volume 3, "Initializing IA-32e Mode"):
 // 1. switches from 16 to 32 bits;
@@ -111,23 +112,15 @@ impl Write for Console {
     }
 }
 
-/// Kinds whose traversal uses SIMD. The others would take the emulator a minute.
-const KINDS: [IndexKind; 6] = [
-    IndexKind::WideBvh,
-    IndexKind::WideBvhHierarchy,
-    IndexKind::CompactBvh,
-    IndexKind::CompactBvhHierarchy,
-    IndexKind::LeanBvh,
-    IndexKind::LeanBvhHierarchy,
-];
-
 #[unsafe(no_mangle)]
 extern "C" fn rust_main() -> ! {
     for (register, byte) in SETTINGS {
         write(DATA + register, byte);
     }
-    let outcome = if SimdLevel::detect().has_avx512() {
-        arboleda_bare_metal::run_each(&KINDS, &mut Console)
+    let level = SimdLevel::detect();
+    let outcome = if level.has_avx512() {
+        // The other kinds would take the emulator a minute.
+        arboleda_bare_metal::run_each(&SIMD_KINDS, level, &mut Console)
     } else {
         writeln!(Console, "AVX-512 was not found").and(Err(fmt::Error))
     };
