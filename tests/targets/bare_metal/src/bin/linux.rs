@@ -1,5 +1,5 @@
-//! Digest lines on Linux without its C library: i686, ARMv7, AArch64, s390x. Nothing but `core` has to be built for such
-//! a target, and the program runs in QEMU's emulation of a process.
+//! Digest lines on Linux without its C library: i686, ARMv7, AArch64, s390x. Nothing but `core` has to be built for
+//! such a target, and the program runs in QEMU's emulation of a process.
 #![no_std]
 #![no_main]
 
@@ -7,8 +7,8 @@ use core::arch::global_asm;
 use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 
-// The start of the program, and `system_call`: its arguments are those of a C function, and go to the registers in which
-// the kernel expects them (`man 2 syscall`).
+// The start of the program, and `system_call`: its arguments are those of a C function, and go to the registers in
+// which the kernel expects them (`man 2 syscall`).
 #[cfg(target_arch = "x86")]
 global_asm!(
     ".globl _start",
