@@ -12,11 +12,15 @@ mod custom_index;
 mod executor;
 #[path = "../examples/index_in_rom.rs"]
 mod index_in_rom;
+#[path = "../examples/job_system.rs"]
+mod job_system;
 #[cfg(feature = "alloc")]
 #[path = "../examples/minimal.rs"]
 mod minimal;
 #[path = "../examples/save_and_open.rs"]
 mod save_and_open;
+#[path = "../examples/thread_pool.rs"]
+mod thread_pool;
 
 /// Makes a test of the `main` of each example.
 macro_rules! run {
@@ -30,4 +34,4 @@ macro_rules! run {
         )*
     };
 }
-run! { #[cfg(feature = "alloc")] minimal batch save_and_open index_in_rom beside_a_mesh choose_an_index custom_index executor }
+run! { #[cfg(feature = "alloc")] minimal batch save_and_open index_in_rom beside_a_mesh choose_an_index custom_index executor thread_pool job_system }
