@@ -166,6 +166,7 @@ pub struct arb_error {
 }
 
 /// Reason why a function failed.
+#[allow(missing_docs)] // of the fields, which the variants explain
 #[derive(Clone, Copy, Debug)]
 pub enum Failure {
     /// A pointer or a length.
@@ -229,6 +230,7 @@ impl fmt::Display for Failure {
 type Numbers = (usize, usize, usize);
 
 impl Failure {
+    /// The status that a function returns for this reason.
     pub fn status(&self) -> arb_status {
         self.parts().0
     }

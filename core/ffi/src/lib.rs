@@ -48,3 +48,13 @@ pub use query::{
     arb_hit, arb_occluded, arb_occluded_counted, arb_ray,
 };
 pub use scene::arb_mesh;
+
+/// Parts of which a package makes more functions in the manner of these, as `core/wasm` does. No part of the interface,
+/// and not covered by its version.
+#[doc(hidden)]
+pub mod parts {
+    pub use crate::error::{Failure, reported, status_of};
+    pub use crate::memory::{Caller, Input, Output, Region, apart, borrowed};
+    pub use crate::options::{Chosen, chosen};
+    pub use crate::scene::Arrays;
+}

@@ -125,6 +125,7 @@ impl<T: Plain> Input<T> {
         Ok(Self { first, count, region: check(first, count, name)? })
     }
 
+    /// The addresses of the values.
     pub fn region(&self) -> Region {
         self.region
     }
@@ -148,6 +149,7 @@ impl<T> Output<T> {
         Self::check(first, 1, name)
     }
 
+    /// The addresses of the values.
     pub fn region(&self) -> Region {
         self.region
     }

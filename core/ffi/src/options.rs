@@ -115,7 +115,9 @@ pub unsafe extern "C" fn arb_options_default(options: *mut arb_options, size: us
 
 /// Options in the core's form, and whether the index is built beside the mesh.
 pub struct Chosen {
+    /// The options of the core.
     pub options: Options,
+    /// True if the index is built beside the mesh.
     pub beside: bool,
 }
 

@@ -57,11 +57,13 @@ impl Arrays {
         })
     }
 
+    /// The addresses of the arrays.
     pub fn regions(&self) -> [Region; 4] {
         let Self { triangles, vertices, corners, objects, .. } = self;
         [triangles.region(), vertices.region(), corners.region(), objects.region()]
     }
 
+    /// The triangles.
     pub fn mesh<'a>(&self, caller: Caller) -> Mesh<'a> {
         if self.is_indexed {
             Mesh::Indexed {
@@ -73,6 +75,7 @@ impl Arrays {
         }
     }
 
+    /// The scene: the triangles, their objects if there are any, and whether an index lies beside them.
     pub fn scene<'a>(&self, caller: Caller, beside: bool) -> Scene<'a> {
         let scene = Scene::of(self.mesh(caller));
         let objects = caller.borrow(self.objects);
