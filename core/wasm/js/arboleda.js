@@ -1,0 +1,188 @@
+// Exact ray queries on triangles, in WebAssembly. `arboleda.d.ts` says what each function takes and gives.
+//
+//     load -> Arboleda -- build, open --> Index -- closestHits, occludedEach, ... --> typed arrays
+//
+// The C interface answers; this module owns the memory, copies typed arrays in and out, and turns statuses into errors.
+
+import { ArboledaError, invalid } from "./errors.js";
+import { Index } from "./index.js";
+import { SIZE, check, measureMesh, textAt, writeMesh, writeOptions } from "./layout.js";
+import { Heap } from "./memory.js";
+
+export { ArboledaError, Index };
+
+/** `ARB_ABI_VERSION` of the header that this module was written for. */
+const ABI_VERSION = 65536;
+/** Pages of a memory that is made here: 4 MiB. */
+const FIRST_PAGES = 64;
+/** Bytes a triangle that are enough for most indices. If they are not, the build says how many are, and runs again. */
+const LIKELY_BYTES = 80;
+
+/** A function that uses instructions of simd128: (func (result v128) i32.const 0 i8x16.splat i8x16.popcnt). */
+const SIMD128 = new Uint8Array([
+    0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
+]);
+
+/** Tells whether this machine runs the module with simd128. */
+export const hasSimd128 = () => WebAssembly.validate(SIMD128);
+
+/** Compiles the module from a URL, bytes or a response. */
+const compiled = async (wasm) => {
+    if (wasm instanceof WebAssembly.Module) return wasm;
+    if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
+    const url = wasm instanceof URL ? wasm : new URL(wasm, import.meta.url);
+    if (url.protocol === "file:" && globalThis.process?.versions?.node) {
+        const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ "node:fs/promises");
+        return WebAssembly.compile(await readFile(url));
+    }
+    const response = await fetch(url);
+    if (!response.ok) throw new ArboledaError("NOT_LOADED", `${url} answers ${response.status}`);
+    return WebAssembly.compile(await response.arrayBuffer());
+};
+
+/** Loads the module, with simd128 where the machine has it. */
+export const load = async ({ simd = hasSimd128(), memory, wasm } = {}) => {
+    const url = simd
+        ? new URL("../wasm/arboleda-simd128.wasm", import.meta.url)
+        : new URL("../wasm/arboleda.wasm", import.meta.url);
+    const module = await compiled(wasm ?? url);
+    const ours = memory ?? new WebAssembly.Memory({ initial: FIRST_PAGES });
+    const instance = await WebAssembly.instantiate(module, { env: { memory: ours } });
+    return new Arboleda(instance.exports, ours, simd);
+};
+
+/** A module with its memory. */
+class Arboleda {
+    #exports;
+    #heap;
+    /** Room for a mesh, options, an error, a description and a word. */
+    #room;
+
+    constructor(exports, memory, simd) {
+        this.#exports = exports;
+        this.#heap = new Heap(memory, exports.__heap_base.value >>> 0);
+        this.memory = memory;
+        this.simd = simd;
+        if (exports.arb_check_abi(ABI_VERSION) !== 0) {
+            throw new ArboledaError("OTHER_ABI", `the module has version ${exports.arb_abi_version()} of the interface`);
+        }
+        const parts = ["mesh", "options", "error", "description"];
+        let next = this.#heap.take(parts.reduce((sum, part) => sum + SIZE[part], 64));
+        this.#room = {};
+        for (const part of [...parts, "word"]) {
+            this.#room[part] = next;
+            next += SIZE[part];
+        }
+        const kinds = [];
+        for (let name; (name = textAt(this.#heap, exports.arb_kind_name(kinds.length))) !== "unknown"; ) kinds.push(name);
+        this.kinds = Object.freeze(kinds);
+    }
+
+    /** The number of bytes of the memory that are in use by indices and by work that is under way. */
+    get usedBytes() {
+        return this.#heap.usedBytes;
+    }
+
+    /** Builds an index of a mesh. */
+    build(kind, positions, corners, options = {}) {
+        const number = this.#number(kind);
+        const { triangleCount } = measureMesh(positions, corners, options.objects);
+        this.#fill(options);
+        // The index first: what is above it is free again after the build, as one block.
+        let bytes = LIKELY_BYTES * triangleCount + 65536;
+        for (;;) {
+            const block = this.#heap.take(SIZE.handle + bytes);
+            try {
+                const mesh = this.#buildAt(block, bytes, number, positions, corners, options);
+                const index = this.#opened(block, mesh);
+                this.#heap.shrink(block, SIZE.handle + index.byteCount);
+                return index;
+            } catch (error) {
+                this.#heap.give(block);
+                if (error.code !== "INDEX_MEMORY_TOO_SMALL" || error.neededBytes <= bytes) throw error;
+                bytes = error.neededBytes;
+            }
+        }
+    }
+
+    /** Opens an index from its bytes, and beside a mesh. */
+    open(bytes, positions, corners) {
+        const source = bytes instanceof ArrayBuffer ? new Uint8Array(bytes) : bytes;
+        if (!(source instanceof Uint8Array)) throw invalid("bytes must be a Uint8Array or an ArrayBuffer");
+        const block = this.#heap.take(SIZE.handle + source.length);
+        let mesh = [];
+        try {
+            this.#heap.views.u8.set(source, block + SIZE.handle);
+            const { error, mesh: struct } = this.#room;
+            if (positions) mesh = writeMesh(this.#heap, struct, positions, corners);
+            const given = positions ? struct : 0;
+            const { arb_open } = this.#exports;
+            // Of no bytes there would be no address: one byte is too few just as well.
+            const length = Math.max(source.length, 1);
+            check(this.#heap, arb_open(block, block + SIZE.handle, length, given, error), error);
+            return this.#opened(block, mesh);
+        } catch (error) {
+            for (const part of [block, ...mesh]) this.#heap.give(part);
+            throw error;
+        }
+    }
+
+    /** Finds the cluster of each triangle. */
+    clusters(positions, corners, options = {}) {
+        const { triangleCount } = measureMesh(positions, corners, options.objects);
+        this.#fill(options);
+        const { mesh, options: chosen, word, error } = this.#room;
+        const { arb_clusters, arb_clusters_scratch_bytes } = this.#exports;
+        const bytes = arb_clusters_scratch_bytes(triangleCount) >>> 0;
+        const blocks = writeMesh(this.#heap, mesh, positions, corners, options.objects);
+        try {
+            return this.#heap.borrow([bytes, 4 * triangleCount], (scratch, to) => {
+                check(this.#heap, arb_clusters(mesh, chosen, scratch, bytes, to, word, error), error);
+                const { u32 } = this.#heap.views;
+                return { count: u32[word / 4], clusterOf: u32.slice(to / 4, to / 4 + triangleCount) };
+            });
+        } finally {
+            for (const block of blocks) this.#heap.give(block);
+        }
+    }
+
+    #number(kind) {
+        const number = this.kinds.indexOf(kind);
+        if (number < 0) {
+            throw new ArboledaError("UNKNOWN_KIND", `no kind of index is called ${kind}; there are ${this.kinds.join(", ")}`);
+        }
+        return number;
+    }
+
+    /** Writes the options. */
+    #fill(options) {
+        const { options: at } = this.#room;
+        this.#exports.arb_options_default(at, SIZE.options);
+        writeOptions(this.#heap, at, options);
+    }
+
+    /** Builds into a block. Returns the blocks of the mesh, if the index lies beside it. */
+    #buildAt(block, bytes, kind, positions, corners, options) {
+        const { mesh, options: chosen, word, error } = this.#room;
+        const { arb_build, arb_scratch_bytes } = this.#exports;
+        const blocks = writeMesh(this.#heap, mesh, positions, corners, options.objects);
+        let keeps = false;
+        try {
+            const count = this.#heap.views.u32[mesh / 4 + 4];
+            check(this.#heap, arb_scratch_bytes(kind, count, chosen, word, error), error);
+            const needed = this.#heap.views.u32[word / 4];
+            this.#heap.borrow([needed], (scratch) => {
+                const at = block + SIZE.handle;
+                check(this.#heap, arb_build(block, kind, mesh, chosen, at, bytes, scratch, needed, error), error);
+            });
+            keeps = Boolean(options.beside);
+            return keeps ? blocks : [];
+        } finally {
+            if (!keeps) for (const part of blocks) this.#heap.give(part);
+        }
+    }
+
+    #opened(block, mesh) {
+        return new Index(this.#exports, this.#heap, [block, ...mesh], this.#room.description, this.kinds);
+    }
+}

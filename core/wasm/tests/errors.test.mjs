@@ -1,0 +1,195 @@
+// Errors, memory, and what is free again.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+
+import { ArboledaError, load } from "../js/arboleda.js";
+import { codeOf } from "../js/errors.js";
+import { positions, rays } from "./scene.mjs";
+
+const arboleda = await load();
+const mesh = positions();
+const one = new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]);
+
+const throws = (code, body, more = {}) => {
+    assert.throws(body, (error) => {
+        assert.ok(error instanceof ArboledaError, `${error.stack}`);
+        assert.equal(error.code, code, error.message);
+        assert.ok(error.message.length > 10, error.message);
+        for (const [name, value] of Object.entries(more)) {
+            if (value instanceof RegExp) assert.match(error[name], value);
+            else assert.equal(error[name], value, name);
+        }
+        return true;
+    });
+};
+
+test("codes are the names of the C interface", () => {
+    const header = readFileSync(new URL("../../ffi/include/arboleda.h", import.meta.url), "utf8");
+    const [, statuses] = header.match(/enum arb_status[^{]*\{(.*?)\n\}/s);
+    const found = [...statuses.matchAll(/^\s+ARB_([A-Z_]+) = (\d+),$/gm)].map(([, name, number]) => [name, Number(number)]);
+    assert.ok(found.length >= 34, `${found.length}`);
+    for (const [name, number] of found) if (number > 0) assert.equal(codeOf(number), name);
+});
+
+test("bad meshes are refused by name", () => {
+    throws("UNKNOWN_KIND", () => arboleda.build("bhv", one), { message: /bhv.*wide-bvh/ });
+    throws("INVALID_ARGUMENT", () => arboleda.build("bvh", [0, 0, 0]), { message: /positions/ });
+    throws("INVALID_ARGUMENT", () => arboleda.build("bvh", one.slice(1)), { message: /9 numbers.*8/ });
+    throws("INVALID_ARGUMENT", () => arboleda.build("bvh", one, new Uint32Array(4)), { message: /corners/ });
+    throws("INVALID_ARGUMENT", () => arboleda.build("bvh", one, [0, 1, 2]), { message: /corners/ });
+    throws("CORNER_OUT_OF_RANGE", () => arboleda.build("bvh", one, new Uint32Array([0, 1, 2, 0, 1, 3])), { element: 1 });
+    for (const bad of [NaN, Infinity]) {
+        const broken = mesh.slice();
+        broken[9 * 17 + 4] = bad;
+        throws("NON_FINITE_VERTEX", () => arboleda.build("octree", broken), { element: 17 });
+        throws("NON_FINITE_VERTEX", () => arboleda.clusters(broken), { element: 17 });
+    }
+    throws("INVALID_ARGUMENT", () => arboleda.build("bvh", one, null, { objects: new Uint32Array(2) }));
+    throws("OBJECT_OUT_OF_RANGE", () => arboleda.build("bvh-hierarchy", one, null, { objects: new Uint32Array([1]) }));
+    throws("HOLDS_TRIANGLES", () => arboleda.build("wide-bvh", one, null, { beside: true }));
+});
+
+test("bad options are refused by name", () => {
+    const build = (options) => () => arboleda.build("octree", one, null, options);
+    throws("INVALID_ARGUMENT", build({ leafSize: 3 }), { message: /leafSize.*leafCapacity/ });
+    throws("INVALID_ARGUMENT", build({ leafCapacity: -1 }), { message: /leafCapacity/ });
+    throws("INVALID_ARGUMENT", build({ leafCapacity: "4" }), { message: /leafCapacity/ });
+    throws("INVALID_OPTION", build({ leafCapacity: 0 }), { message: /leaf_capacity/ });
+    throws("INVALID_OPTION", build({ leastSide: 2 }), { message: /least_side/ });
+    throws("INVALID_OPTION", build({ proximity: NaN }), { message: /proximity/ });
+    throws("INVALID_OPTION", build({ level: 21 }), { message: /level/ });
+    throws("INVALID_ARGUMENT", build({ resolution: 3 }), { message: /resolution/ });
+    throws("INVALID_ARGUMENT", build({ bvhBuild: "fast" }), { message: /bvhBuild/ });
+    throws("INVALID_ARGUMENT", build({ toString: 3 }), { message: /toString/ });
+});
+
+test("bad rays are refused, with their number in a batch", () => {
+    const index = arboleda.build("wide-bvh", mesh);
+    throws("RAY_DIRECTION_ZERO", () => index.closestHit([0, 0, 0], [0, 0, 0]));
+    throws("RAY_ORIGIN_NOT_FINITE", () => index.occluded([NaN, 0, 0], [0, 0, 1]));
+    throws("RAY_INTERVAL_EMPTY", () => index.allHits([0, 0, 0], [0, 0, 1], 2, 1));
+    throws("RAY_INTERVAL_NAN", () => index.closestHitCounted([0, 0, 0], [0, 0, 1], NaN));
+    throws("INVALID_ARGUMENT", () => index.closestHit([0, 0], [0, 0, 1]), { message: /origin/ });
+    throws("INVALID_ARGUMENT", () => index.closestHits(new Float32Array(9)), { message: /8 numbers/ });
+    throws("INVALID_ARGUMENT", () => index.closestHits([1]), { message: /Float32Array/ });
+    // Also beyond the rays that are in the memory at once.
+    const batch = new Float32Array(8 * 140000).map((_, at) => (at % 8 === 5 ? 1 : 0));
+    for (const bad of [3, 139999]) {
+        const broken = batch.slice();
+        broken[8 * bad + 3] = Infinity;
+        throws("RAY_DIRECTION_NOT_FINITE", () => index.closestHits(broken), { element: bad, message: new RegExp(`ray ${bad}`) });
+    }
+    assert.equal(index.closestHits(new Float32Array(0)).count, 0);
+    index.free();
+});
+
+test("kinds without cells say so", () => {
+    const index = arboleda.build("wide-bvh", mesh);
+    throws("INVALID_OPTION", () => index.cells(3), { message: /octree/ });
+    throws("INVALID_OPTION", () => index.path([0, 0, -200], [0, 0, 1]), { message: /octree/ });
+    throws("INVALID_ARGUMENT", () => index.cells(-1));
+    index.free();
+});
+
+test("forged bytes do no harm", () => {
+    const before = arboleda.usedBytes;
+    const batch = rays(20);
+    throws("TRUNCATED", () => arboleda.open(new Uint8Array(0)));
+    throws("NOT_AN_INDEX", () => arboleda.open(new Uint8Array(100)));
+    throws("INVALID_ARGUMENT", () => arboleda.open("bytes"));
+    let refused = 0;
+    let opened = 0;
+    let state = 1;
+    for (const kind of arboleda.kinds) {
+        const index = arboleda.build(kind, mesh);
+        const bytes = index.save();
+        index.free();
+        throws("TRUNCATED", () => arboleda.open(bytes.slice(0, bytes.length - 1)));
+        for (let forgery = 0; forgery < 60; forgery += 1) {
+            const forged = bytes.slice();
+            for (let change = 0; change < 3; change += 1) {
+                state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+                forged[(state >>> 4) % forged.length] = state >>> 24;
+            }
+            try {
+                const found = arboleda.open(forged);
+                found.closestHits(batch);
+                found.occludedEach(batch);
+                if (kind.startsWith("octree")) found.cells(20).count + found.path([0, 0, -200], [0, 0, 1]).tests.length;
+                found.free();
+                opened += 1;
+            } catch (error) {
+                assert.ok(error instanceof ArboledaError, `${kind}: ${error.stack}`);
+                refused += 1;
+            }
+        }
+    }
+    assert.ok(refused > 50 && opened > 50, `${refused} refused, ${opened} opened`);
+    assert.equal(arboleda.usedBytes, before);
+});
+
+test("an index is free after free, and all memory is used again", () => {
+    const before = arboleda.usedBytes;
+    const index = arboleda.build("octree-hierarchy", mesh);
+    assert.ok(arboleda.usedBytes > before + index.byteCount);
+    assert.ok(arboleda.usedBytes < before + index.byteCount + 1024, "scratch and mesh were given back");
+    index.free();
+    index.free();
+    assert.equal(index.isFree, true);
+    assert.equal(arboleda.usedBytes, before);
+    for (const query of [
+        () => index.closestHit([0, 0, 0], [0, 0, 1]),
+        () => index.occluded([0, 0, 0], [0, 0, 1]),
+        () => index.closestHits(rays(2)),
+        () => index.cells(1),
+        () => index.clusterTree(),
+        () => index.save(),
+    ]) {
+        throws("NOT_OPEN", query);
+    }
+    const size = arboleda.memory.buffer.byteLength;
+    for (let turn = 0; turn < 30; turn += 1) arboleda.build("wide-bvh", mesh).free();
+    assert.equal(arboleda.memory.buffer.byteLength, size);
+    throws("INVALID_ARGUMENT", () => arboleda.build("octree", mesh.slice(1)));
+    throws("TOO_MUCH_WORK", () => arboleda.build("octree", mesh, null, { workLimit: 5 }));
+    assert.equal(arboleda.usedBytes, before);
+});
+
+test("the memory is the caller's: it grows, and other indices stay", async () => {
+    const memory = new WebAssembly.Memory({ initial: 32, maximum: 700 });
+    const small = await load({ memory });
+    assert.equal(small.memory, memory);
+    const batch = rays(50);
+    const first = small.build("wide-bvh", mesh);
+    const expected = first.closestHits(batch);
+    const bytes = memory.buffer.byteLength;
+    const large = new Float32Array(9 * 60000).map((_, at) => mesh[at % mesh.length] + Math.floor(at / mesh.length));
+    const second = small.build("wide-bvh", large);
+    assert.ok(memory.buffer.byteLength > bytes, "the memory has grown");
+    assert.deepEqual(first.closestHits(batch), expected);
+    const used = small.usedBytes;
+    throws("OUT_OF_MEMORY", () => small.build("octree", new Float32Array(9 * 1000000)), { message: /cannot grow/ });
+    assert.equal(small.usedBytes, used);
+    assert.deepEqual(first.closestHits(batch), expected);
+    second.free();
+    first.free();
+});
+
+test("an index that needs more than was likely is built all the same", () => {
+    // Long thin triangles that cross: each is filed in many cells.
+    const long = new Float32Array(9 * 4000);
+    let state = 5;
+    const next = () => ((state = (Math.imul(state, 1664525) + 1013904223) >>> 0), (state >>> 8) / 16777216);
+    for (let at = 0; at < 4000; at += 1) {
+        const [a, b] = [0, 1].map(() => [next(), next(), next()]);
+        long.set([...a, ...b, b[0], b[1] + 0.001, b[2]], 9 * at);
+    }
+    const index = arboleda.build("octree", long, null, { level: 6, leafCapacity: 2 });
+    assert.ok(index.byteCount > 80 * 4000 + 65536, `${index.byteCount}`);
+    const scan = arboleda.build("linear", long);
+    const batch = rays(100).map((x, at) => (at % 8 < 3 ? x / 128 : x));
+    assert.deepEqual(index.closestHits(batch), scan.closestHits(batch));
+    index.free();
+    scan.free();
+});
