@@ -1,0 +1,152 @@
+// The core, in a worker: reads a scene, builds an index, and answers the page. The page is never blocked.
+//
+//     page --{ id, call, argument }--> here --{ progress } ..., { id, value } or { id, error }--> page
+
+import { load } from "./js/arboleda.js";
+import { parse, read } from "./files.js";
+import { shoot } from "./photons.js";
+import { make } from "./scenes.js";
+
+let arboleda;
+let positions;
+let box;
+let index;
+
+const progress = (stage, detail = "") => postMessage({ progress: { stage, detail } });
+const seconds = (since) => (performance.now() - since) / 1000;
+
+/** Runs a stage, and says how long it took. */
+const stage = async (times, name, body) => {
+    progress(name);
+    const since = performance.now();
+    const value = await body();
+    times.push({ stage: name, seconds: seconds(since) });
+    return value;
+};
+
+/** The box of all triangles. */
+const boxOf = (positions) => {
+    const [lo, hi] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    for (let at = 0; at < positions.length; at += 3) {
+        for (let axis = 0; axis < 3; axis += 1) {
+            const x = positions[at + axis];
+            if (x < lo[axis]) lo[axis] = x;
+            if (x > hi[axis]) hi[axis] = x;
+        }
+    }
+    return [lo, hi];
+};
+
+/** What the page shows of the index. */
+const described = () => ({
+    kind: index.kind,
+    triangleCount: index.triangleCount,
+    clusterCount: index.clusterCount,
+    byteCount: index.byteCount,
+    memoryBytes: arboleda.memory.buffer.byteLength,
+    simd: arboleda.simd,
+    tree: index.clusterTree(),
+});
+
+const CALLS = {
+    /** Reads or makes a scene, finds its clusters and builds an index. */
+    async open({ scene, file, kind }) {
+        const times = [];
+        arboleda ??= await load();
+        if (file) {
+            const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
+            const bytes = await stage(times, "read", () =>
+                read(file, (done) => progress("read", `${megabytes(done)} of ${megabytes(file.size)} MB`)),
+            );
+            positions = await stage(times, "parse", () => parse(file.name, bytes));
+        } else {
+            positions = await stage(times, "make", () => make(scene));
+        }
+        const count = positions.length / 9;
+        progress("clusters", `${count.toLocaleString("en")} triangles`);
+        const { clusterOf } = await stage(times, "clusters", () => arboleda.clusters(positions));
+        index?.free();
+        index = await stage(times, "build", () => arboleda.build(kind, positions));
+        const drawn = await stage(times, "draw", () => {
+            box = boxOf(positions);
+            const middle = box[0].map((x, axis) => (x + box[1][axis]) / 2);
+            // Drawn around the middle: 32 bits on a graphics card are few, far from 0.
+            return { middle, positions: positions.map((x, at) => x - middle[at % 3]) };
+        });
+        return { ...described(), kinds: arboleda.kinds, times, box, clusterOf, drawn };
+    },
+
+    /** Builds another index of the same scene. */
+    async build({ kind }) {
+        const times = [];
+        index.free();
+        index = await stage(times, "build", () => arboleda.build(kind, positions));
+        return { ...described(), times };
+    },
+
+    /** The path of a ray, if the index has one to show; else its hit and counters. */
+    ray({ origin, direction }) {
+        const counted = index.closestHitCounted(origin, direction);
+        const shows = index.kind.startsWith("octree");
+        const { steps, tests } = shows ? index.path(origin, direction) : { steps: [], tests: [] };
+        const corners = [];
+        for (const triangle of tests) corners.push(...positions.subarray(9 * triangle, 9 * triangle + 9));
+        const { hit } = counted;
+        const hitCorners = hit ? positions.slice(9 * hit.triangle, 9 * hit.triangle + 9) : null;
+        return { ...counted, steps, tests: [...tests], corners: new Float32Array(corners), hitCorners };
+    },
+
+    cells: ({ level, limit }) => index.cells(level, limit),
+
+    /** The same ray through every kind of index, built one after the other. */
+    async compare({ origin, direction }) {
+        const rows = [];
+        for (const kind of arboleda.kinds) {
+            progress("compare", `${kind}, ${rows.length + 1} of ${arboleda.kinds.length}`);
+            // Between two builds the page's messages go out.
+            await new Promise((resolve) => setTimeout(resolve));
+            const since = performance.now();
+            const other = arboleda.build(kind, positions);
+            const built = seconds(since);
+            try {
+                rows.push({ kind, seconds: built, byteCount: other.byteCount, ...other.closestHitCounted(origin, direction) });
+            } finally {
+                other.free();
+            }
+        }
+        return rows;
+    },
+
+    /** Shoots photons; the points of their hits, and their bounces. */
+    photons({ count, lamp, seed }) {
+        const [points, bounces] = [[], []];
+        const since = performance.now();
+        const found = (point, bounce) => {
+            points.push(...point);
+            bounces.push(bounce);
+        };
+        const sum = shoot(index, positions, { lamp, box, count, seed }, found, (done, all) =>
+            progress("photons", `${done.toLocaleString("en")} of ${all.toLocaleString("en")}`),
+        );
+        return { sum, seconds: seconds(since), points: new Float32Array(points), bounces: new Uint8Array(bounces) };
+    },
+};
+
+/** The buffers of large arrays in a value, which are handed over instead of copied. */
+const buffersOf = (value, found = new Set()) => {
+    if (ArrayBuffer.isView(value)) {
+        if (value.buffer.byteLength > 4096) found.add(value.buffer);
+    } else if (value && typeof value === "object" && !Array.isArray(value)) {
+        for (const part of Object.values(value)) buffersOf(part, found);
+    }
+    return found;
+};
+
+onmessage = async ({ data: { id, call, argument } }) => {
+    try {
+        const value = await CALLS[call](argument);
+        postMessage({ id, value }, [...buffersOf(value)]);
+    } catch (error) {
+        postMessage({ id, error: { message: error.message, code: error.code ?? null } });
+    }
+};
