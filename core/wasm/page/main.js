@@ -12,6 +12,8 @@ const COLOURS = { join: [0.16, 0.36, 0.52], cluster: [0.35, 0.72, 1], inner: [0.
 
 const view = new View(element("stage"));
 const progress = new Progress();
+/** A tree without nodes, while a scene is opened. */
+const NO_TREE = { count: 0 };
 /** The scene that is shown, and the ray. */
 let scene = null;
 let ray = null;
@@ -58,6 +60,10 @@ const fail = (error) => {
     progress.stop();
     element("error").textContent = error.message;
     element("error").hidden = false;
+    if (!scene) {
+        view.clear("triangles", "clusters", "tree");
+        element("facts").replaceChildren();
+    }
     setState(scene ? "ready" : "failed");
 };
 
@@ -88,6 +94,7 @@ const open = (source) => {
         scene = null;
         forgetRay();
         view.clear("cells", "photons");
+        drawTree(NO_TREE);
         element("photon-facts").replaceChildren();
         const found = await ask("open", { ...source, kind: element("kind").value || "octree-hierarchy" });
         if (element("kind").options.length === 0) {
@@ -135,6 +142,7 @@ const show = () => {
     view.show("tree", isChecked("show-tree"));
     view.show("photons", isChecked("show-photons"));
     view.fade(isChecked("see-through"));
+    view.dim(isChecked("show-photons") && view.has("photons"));
 };
 
 // --- The ray ---

@@ -111,6 +111,7 @@ export const showRay = ({ origin, direction }, { hit, nodesVisited, triangleTest
     const answer = hit ? `hits triangle ${hit.triangle} at ${float(hit.t)}` : "hits nothing";
     element("tip").textContent = `${count(nodesVisited)} nodes, ${count(triangleTests)} tests: ${answer}. Turn the scene to see the ray.`;
     element("comparison").hidden = true;
+    element("agreement").textContent = "";
     element("ray-section").scrollIntoView({ block: "start" });
 };
 
@@ -170,6 +171,10 @@ export const showComparison = (rows) => {
             return cells("td", values);
         }),
     );
+    const [first, ...others] = rows.map(hitOf);
+    element("agreement").textContent = others.every((hit) => hit === first)
+        ? `All ${rows.length} give the same: ${first === "none" ? "no hit" : `triangle ${first}`}.`
+        : "They differ: this is an error, please report it.";
     element("comparison").hidden = false;
 };
 
@@ -220,6 +225,7 @@ export const drawTree = (tree, entered = new Set()) => {
     const context = canvas.getContext("2d");
     context.scale(ratio, ratio);
     context.clearRect(0, 0, width, height);
+    element("tree-note").textContent = "";
     if (tree.count === 0) return;
     const places = placesOf(tree);
     const x = (node) => 8 + ((width - 16) * places.x[node]) / places.width;

@@ -142,7 +142,7 @@ export class View {
         const radius = Math.hypot(...hi.map((x, axis) => x - lo[axis])) / 2 || 1;
         const [upward, away] = up === "z" ? [[0, 0, 1], [0.55, -0.75, 0.45]] : [[0, 1, 0], [0.55, 0.45, 0.75]];
         // The narrower side of the picture has to hold the scene.
-        const distance = (radius * 1.8) / Math.min(1, this.#camera.aspect);
+        const distance = (radius * 1.95) / Math.min(1, this.#camera.aspect);
         this.#camera.up.set(...upward);
         this.#camera.near = radius / 500;
         this.#camera.far = distance + radius * 60;
@@ -161,6 +161,17 @@ export class View {
         Object.assign(material, { transparent: isFaded, opacity: isFaded ? 0.16 : 1, depthWrite: !isFaded });
         material.needsUpdate = true;
         this.redraw();
+    }
+
+    /** Makes the triangles dark, so that photons on them are seen. */
+    dim(isDim) {
+        this.#layers.get("triangles")?.material.color.setScalar(isDim ? 0.07 : 1);
+        this.redraw();
+    }
+
+    /** Tells whether a layer has something in it. */
+    has(name) {
+        return this.#layers.has(name);
     }
 
     /** Boxes: six numbers each, in the colours that a function gives for each. */

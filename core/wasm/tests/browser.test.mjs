@@ -88,6 +88,7 @@ test("a built-in scene: ray, steps, cells, tree, photons, and every index", { ti
         assert.equal(rows, arboleda.kinds.length + 1);
         const hits = await page.locator("#comparison td:last-child").allTextContents();
         assert.deepEqual(new Set(hits), new Set([`${ray.hit} at ${ray.t}`]));
+        assert.match(await page.locator("#agreement").textContent(), /^All 19 give the same: triangle/);
         await picture(page, "comparison");
 
         await page.selectOption("#photon-count", "10000");
@@ -146,9 +147,9 @@ test("a dropped file: the numbers are those of the core in Node.js", { timeout: 
             await drop(page, name, content);
             await page.waitForFunction(() => !document.getElementById("error").hidden);
             assert.match((await ready(page))[1], says);
+            await picture(page, `error-${name}`);
             await page.evaluate(() => (document.getElementById("error").hidden = true));
         }
-        await picture(page, "error");
         const square = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
         await drop(page, "one.stl", square);
         await page.waitForFunction(() => document.querySelector('[data-fact="triangles"]')?.textContent === "1");

@@ -1,0 +1,158 @@
+// Arboleda in WebAssembly beside three-mesh-bvh, in Node.js: builds, closest hits, and whether the answers agree.
+//
+// Each contender answers all rays once before anything is timed. Then all take turns; a number is the median of its
+// rounds. A build is that of a turn. Both have the mesh as nine numbers a triangle.
+import { readFileSync } from "node:fs";
+import { cpus } from "node:os";
+
+import { BufferAttribute, BufferGeometry, DoubleSide, Ray, Vector3 } from "three";
+import { CENTER, MeshBVH, SAH } from "three-mesh-bvh";
+
+import { load } from "../js/arboleda.js";
+import { Numbers, make } from "../page/scenes.js";
+
+const [rayCount = 100000, rounds = 5] = process.argv.slice(2).map(Number);
+const SCENES = { groups: "groups of spheres", town: "town", million: "a million" };
+
+const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
+const timed = (body) => {
+    const since = performance.now();
+    const value = body();
+    return [performance.now() - since, value];
+};
+
+/** Rays from points of the scene's box, in all directions: what photons and paths are after their first hit. */
+const raysIn = (positions, count) => {
+    const [lo, hi] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    positions.forEach((x, at) => {
+        lo[at % 3] = Math.min(lo[at % 3], x);
+        hi[at % 3] = Math.max(hi[at % 3], x);
+    });
+    const numbers = new Numbers(3);
+    const rays = new Float32Array(8 * count);
+    for (let ray = 0; ray < count; ray += 1) {
+        const origin = lo.map((x, axis) => numbers.within(x, hi[axis]));
+        rays.set([...origin, ...numbers.direction(), 0, Infinity], 8 * ray);
+    }
+    return rays;
+};
+
+/** An index of Arboleda; `batched` for all rays in one call. */
+const ours = (arboleda, kind, batched) => ({
+    name: `\`${kind}\`, ${batched ? "batch" : "single rays"}${arboleda.simd ? ", SIMD" : ""}`,
+    build: (positions) => arboleda.build(kind, positions),
+    free: (index) => index.free(),
+    bytes: (index) => index.byteCount,
+    ask(index, rays) {
+        if (batched) {
+            const { triangles, t } = index.closestHits(rays);
+            return { triangles, t };
+        }
+        const count = rays.length / 8;
+        const [triangles, t] = [new Uint32Array(count).fill(0xffffffff), new Float32Array(count).fill(Infinity)];
+        const [origin, direction] = [[0, 0, 0], [0, 0, 0]];
+        for (let ray = 0, at = 0; ray < count; ray += 1, at += 8) {
+            for (let axis = 0; axis < 3; axis += 1) {
+                origin[axis] = rays[at + axis];
+                direction[axis] = rays[at + 3 + axis];
+            }
+            const hit = index.closestHit(origin, direction);
+            if (hit) [triangles[ray], t[ray]] = [hit.triangle, hit.t];
+        }
+        return { triangles, t };
+    },
+});
+
+/** three-mesh-bvh. Its directions must have length 1, as these have up to rounding; its `t` is then a distance. */
+const theirs = (name, strategy) => ({
+    name: `three-mesh-bvh, ${name}`,
+    build(positions) {
+        const geometry = new BufferGeometry();
+        geometry.setAttribute("position", new BufferAttribute(positions, 3));
+        return new MeshBVH(geometry, { strategy, setBoundingBox: false });
+    },
+    free: () => {},
+    // The nodes, and the index that it adds to the geometry.
+    bytes: (bvh) => bvh._roots.reduce((sum, root) => sum + root.byteLength, 0) + bvh.geometry.index.array.byteLength,
+    ask(bvh, rays) {
+        const count = rays.length / 8;
+        const [triangles, t] = [new Uint32Array(count).fill(0xffffffff), new Float32Array(count).fill(Infinity)];
+        const ray = new Ray(new Vector3(), new Vector3());
+        const order = bvh.geometry.index.array;
+        for (let number = 0, at = 0; number < count; number += 1, at += 8) {
+            ray.origin.set(rays[at], rays[at + 1], rays[at + 2]);
+            ray.direction.set(rays[at + 3], rays[at + 4], rays[at + 5]);
+            const hit = bvh.raycastFirst(ray, DoubleSide);
+            if (!hit) continue;
+            // The build has sorted the triangles.
+            triangles[number] = order[3 * hit.faceIndex] / 3;
+            t[number] = hit.distance;
+        }
+        return { triangles, t };
+    },
+});
+
+/** Counts how two lists of answers differ. */
+const compared = (exact, other) => {
+    const found = { same: 0, near: 0, lost: 0, invented: 0, others: 0 };
+    exact.triangles.forEach((triangle, ray) => {
+        const [t, s] = [exact.t[ray], other.t[ray]];
+        if (triangle === other.triangles[ray]) found.same += 1;
+        else if (s === Infinity) found.lost += 1;
+        else if (t === Infinity) found.invented += 1;
+        else if (Math.abs(t - s) <= 1e-5 * Math.max(t, 1e-3)) found.near += 1;
+        else found.others += 1;
+    });
+    return found;
+};
+
+const [plain, simd] = [await load({ simd: false }), await load({ simd: true })];
+const contenders = [
+    ours(simd, "wide-bvh", true),
+    ours(simd, "wide-bvh", false),
+    ours(plain, "wide-bvh", true),
+    ours(plain, "wide-bvh", false),
+    ours(simd, "compact-bvh", true),
+    ours(simd, "octree-hierarchy", true),
+    theirs("SAH", SAH),
+    theirs("center (its default)", CENTER),
+];
+const version = (name) => JSON.parse(readFileSync(new URL(`../node_modules/${name}/package.json`, import.meta.url))).version;
+console.log(`${cpus()[0].model}; Node.js ${process.versions.node}; three-mesh-bvh ${version("three-mesh-bvh")}; ` +
+    `${rayCount.toLocaleString("en")} rays, medians of ${rounds} rounds in turns.\n`);
+
+for (const [scene, title] of Object.entries(SCENES)) {
+    const positions = make(scene);
+    const rays = raysIn(positions, rayCount);
+    const rows = contenders.map((contender) => {
+        const index = contender.build(positions);
+        return { contender, index, bytes: contender.bytes(index), answers: contender.ask(index, rays), builds: [], asks: [] };
+    });
+    for (const { contender, answers } of rows) {
+        if (!contender.name.startsWith("three")) {
+            const { same } = compared(rows[0].answers, answers);
+            if (same !== rayCount) throw new Error(`${contender.name} differs from ${rows[0].contender.name}`);
+        }
+    }
+    for (let round = 0; round < rounds; round += 1) {
+        for (const row of rows) {
+            const { contender } = row;
+            const [build, index] = timed(() => contender.build(positions));
+            contender.free(index);
+            row.builds.push(build);
+            row.asks.push(timed(() => contender.ask(row.index, rays))[0]);
+        }
+    }
+    const sah = rows.find(({ contender }) => contender.name.endsWith("SAH"));
+    console.log(`| ${title}, ${(positions.length / 9).toLocaleString("en")} triangles | million rays/s | times SAH | build, ms | bytes a triangle |`);
+    console.log("|---|---:|---:|---:|---:|");
+    for (const { contender, bytes, builds, asks } of rows) {
+        const [rate, ratio] = [rayCount / median(asks) / 1000, median(sah.asks) / median(asks)];
+        const numbers = [rate.toFixed(2), ratio.toFixed(2), median(builds).toFixed(0), ((9 * bytes) / positions.length).toFixed(1)];
+        console.log(`| ${contender.name} | ${numbers.join(" | ")} |`);
+    }
+    const { same, near, lost, invented, others } = compared(rows[0].answers, sah.answers);
+    console.log(`\nAnswers of three-mesh-bvh: ${same.toLocaleString("en")} the same triangle, ${near} another at the same t within 1e-5, ` +
+        `${lost} no hit where there is one, ${invented} a hit where there is none, ${others} another hit.\n`);
+    for (const { contender, index } of rows) contender.free(index);
+}
