@@ -9,7 +9,7 @@ import { BufferAttribute, BufferGeometry, DoubleSide, Ray, Vector3 } from "three
 import { CENTER, MeshBVH, SAH } from "three-mesh-bvh";
 
 import { load } from "../js/arboleda.js";
-import { Numbers, make } from "../page/scenes.js";
+import { Numbers, closedSphere, make } from "../page/scenes.js";
 
 const [rayCount = 100000, rounds = 5] = process.argv.slice(2).map(Number);
 const SCENES = { groups: "groups of spheres", town: "town", million: "a million" };
@@ -92,6 +92,24 @@ const theirs = (name, strategy) => ({
     },
 });
 
+/** A closed sphere, and rays from points inside it to its corners and to the middles of its edges: none may leave it. */
+const edges = () => {
+    const positions = closedSphere(24);
+    const numbers = new Numbers(6);
+    const rays = [];
+    for (let at = 0; at < positions.length; at += 3) {
+        const next = at % 9 === 6 ? at - 6 : at + 3;
+        const origin = numbers.direction().map((part) => Math.fround(0.5 * part));
+        for (const share of [0, 0.5]) {
+            const to = [0, 1, 2].map((axis) => positions[at + axis] * (1 - share) + positions[next + axis] * share);
+            const away = to.map((x, axis) => x - origin[axis]);
+            const length = Math.hypot(...away);
+            rays.push(...origin, ...away.map((x) => x / length), 0, Infinity);
+        }
+    }
+    return [positions, new Float32Array(rays)];
+};
+
 /** Counts how two lists of answers differ. */
 const compared = (exact, other) => {
     const found = { same: 0, near: 0, lost: 0, invented: 0, others: 0 };
@@ -156,3 +174,11 @@ for (const [scene, title] of Object.entries(SCENES)) {
         `${lost} no hit where there is one, ${invented} a hit where there is none, ${others} another hit.\n`);
     for (const { contender, index } of rows) contender.free(index);
 }
+
+const [positions, rays] = edges();
+const index = simd.build("wide-bvh", positions);
+const lost = (answers) => answers.t.reduce((sum, t) => sum + (t === Infinity ? 1 : 0), 0).toLocaleString("en");
+const exact = index.closestHits(rays);
+const bvh = contenders.at(-2).build(positions);
+console.log(`Of ${(rays.length / 8).toLocaleString("en")} rays from inside a closed sphere to its corners and edges, ` +
+    `${lost(exact)} leave it in Arboleda, ${lost(contenders.at(-2).ask(bvh, rays))} in three-mesh-bvh.`);

@@ -147,5 +147,12 @@ const million = () => {
 /** The scenes by their names in the page. */
 export const SCENES = { groups, town, million };
 
+/** A sphere around 0 of radius 1 and 12 * parts^2 triangles. Neighbours share their corners, bit for bit. */
+export const closedSphere = (parts) => {
+    const triangles = new Triangles();
+    triangles.sphere([0, 0, 0], 1, parts);
+    return new Float32Array(triangles.list);
+};
+
 /** Makes a scene: nine numbers a triangle. */
 export const make = (name) => new Float32Array(SCENES[name]().list);

@@ -19,8 +19,9 @@ use core::fmt::{self, Write};
 use core::panic::PanicInfo;
 use core::slice;
 
-// The exported functions of the C interface are linked as they are.
+// The exported functions of the C interface and of WebAssembly are linked as they are.
 use arboleda_ffi as _;
+use arboleda_wasm as _;
 
 use arboleda::custom::{RaySpan, kernel, may_overlap};
 use arboleda::kinds::{Clustered, Octree};
