@@ -110,15 +110,15 @@ const edges = () => {
     return [positions, new Float32Array(rays)];
 };
 
-/** Counts how two lists of answers differ. */
-const compared = (exact, other) => {
-    const found = { same: 0, near: 0, lost: 0, invented: 0, others: 0 };
+/** Counts how two lists of answers differ. A tie is another triangle that is hit at the same `t`, by exact numbers. */
+const compared = (exact, other, isTie = () => false) => {
+    const found = { same: 0, ties: 0, lost: 0, invented: 0, others: 0 };
     exact.triangles.forEach((triangle, ray) => {
         const [t, s] = [exact.t[ray], other.t[ray]];
         if (triangle === other.triangles[ray]) found.same += 1;
         else if (s === Infinity) found.lost += 1;
         else if (t === Infinity) found.invented += 1;
-        else if (Math.abs(t - s) <= 1e-5 * Math.max(t, 1e-3)) found.near += 1;
+        else if (isTie(ray, t, other.triangles[ray])) found.ties += 1;
         else found.others += 1;
     });
     return found;
@@ -169,8 +169,11 @@ for (const [scene, title] of Object.entries(SCENES)) {
         const numbers = [rate.toFixed(2), ratio.toFixed(2), median(builds).toFixed(0), ((9 * bytes) / positions.length).toFixed(1)];
         console.log(`| ${contender.name} | ${numbers.join(" | ")} |`);
     }
-    const { same, near, lost, invented, others } = compared(rows[0].answers, sah.answers);
-    console.log(`\nAnswers of three-mesh-bvh: ${same.toLocaleString("en")} the same triangle, ${near} another at the same t within 1e-5, ` +
+    const { same, ties, lost, invented, others } = compared(rows[0].answers, sah.answers, (ray, t, triangle) => {
+        const [origin, direction] = [rays.subarray(8 * ray, 8 * ray + 3), rays.subarray(8 * ray + 3, 8 * ray + 6)];
+        return rows[0].index.allHits(origin, direction, t, t).some((hit) => hit.triangle === triangle);
+    });
+    console.log(`\nAnswers of three-mesh-bvh: ${same.toLocaleString("en")} the same triangle, ${ties} another that is hit at the same t, ` +
         `${lost} no hit where there is one, ${invented} a hit where there is none, ${others} another hit.\n`);
     for (const { contender, index } of rows) contender.free(index);
 }

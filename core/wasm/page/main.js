@@ -1,8 +1,9 @@
 // The page: asks the core, which runs in a worker, and shows what it says.
 
+import { colourOf } from "./colours.js";
 import { formatOf } from "./files.js";
 import { Progress, count, drawTree, element, markStep, showComparison, showFacts, showPhotons, showRay, showSteps } from "./panel.js";
-import { View, colourOf } from "./view.js";
+import { View } from "./view.js";
 
 const TIP = element("tip").textContent;
 /** The most boxes that are drawn at once. */
@@ -27,6 +28,7 @@ let nextId = 0;
 
 const start = () => {
     worker?.terminate();
+    document.body.toggleAttribute("data-stoppable", false);
     waiting = new Map();
     const own = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
     own.onmessage = ({ data }) => {
@@ -101,9 +103,9 @@ const open = (source) => {
             element("kind").append(...found.kinds.map((kind) => new Option(kind, kind, false, kind === found.kind)));
         }
         scene = found;
-        const { drawn, clusterOf, box } = found;
+        const { drawn, box } = found;
         const half = box[1].map((x, axis) => (x - box[0][axis]) / 2);
-        view.setTriangles(drawn.positions, clusterOf, drawn.middle, [half.map((x) => -x), half], up());
+        view.setTriangles(drawn.positions, drawn.colours, drawn.middle, [half.map((x) => -x), half], up());
         scene.drawn = null;
         await showIndex(found.times);
     });
@@ -261,9 +263,19 @@ element("step").addEventListener("input", () => showStep(Number(element("step").
 
 element("compare").addEventListener("click", () =>
     busily(async () => {
-        showComparison(await ask("compare", ray));
+        document.body.toggleAttribute("data-stoppable", true);
+        try {
+            showComparison(await ask("compare", ray), scene.kinds.length);
+        } finally {
+            document.body.toggleAttribute("data-stoppable", false);
+        }
     }),
 );
+
+element("stop").addEventListener("click", () => {
+    progress.step({ stage: "compare", detail: "the last one" });
+    ask("stop", null);
+});
 
 element("shoot").addEventListener("click", () =>
     busily(async () => {

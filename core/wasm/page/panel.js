@@ -1,6 +1,6 @@
 // The panel: numbers, steps of a path, the comparison, and the picture of the cluster tree.
 
-import { colourOf } from "./view.js";
+import { colourOf } from "./colours.js";
 
 export const element = (id) => document.getElementById(id);
 export const count = (number) => number.toLocaleString("en");
@@ -150,7 +150,8 @@ export const markStep = (current, total) => {
 };
 
 /** The same ray in every kind of index. */
-export const showComparison = (rows) => {
+export const showComparison = (rows, all) => {
+    if (rows.length === 0) return;
     const cells = (kind, values) => {
         const row = document.createElement("tr");
         row.append(
@@ -173,7 +174,7 @@ export const showComparison = (rows) => {
     );
     const [first, ...others] = rows.map(hitOf);
     element("agreement").textContent = others.every((hit) => hit === first)
-        ? `All ${rows.length} give the same: ${first === "none" ? "no hit" : `triangle ${first}`}.`
+        ? `${rows.length === all ? "All" : "The"} ${rows.length} give the same: ${first === "none" ? "no hit" : `triangle ${first}`}.`
         : "They differ: this is an error, please report it.";
     element("comparison").hidden = false;
 };

@@ -27,17 +27,6 @@ const BOX_FRAGMENT = `
     uniform float opacity; varying vec3 shade;
     void main() { gl_FragColor = vec4(shade, opacity); }`;
 
-/** Colour of a number: hues by the golden ratio, so that neighbours differ. */
-export const colourOf = (number) => {
-    const hue = (number * 0.618033988749895 + 0.08) % 1;
-    const part = (offset) => {
-        const at = (hue + offset) % 1;
-        const ramp = Math.min(Math.max(Math.abs(at * 6 - 3) - 1, 0), 1);
-        return 0.38 + 0.5 * ramp;
-    };
-    return [part(0), part(2 / 3), part(1 / 3)];
-};
-
 export class View {
     #renderer;
     #scene = new THREE.Scene();
@@ -52,6 +41,8 @@ export class View {
         this.#element = element;
         this.#renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
         this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+        // Asking would wait until the graphics card has taken the triangles.
+        this.#renderer.debug.checkShaderErrors = false;
         element.prepend(this.#renderer.domElement);
         this.#scene.background = new THREE.Color(0x12151b);
         this.#controls = new OrbitControls(this.#camera, this.#renderer.domElement);
@@ -112,14 +103,8 @@ export class View {
         for (const name of names) this.#put(name, null);
     }
 
-    /** The scene's triangles, each in the colour of its cluster, and a place for the eye. */
-    setTriangles(positions, clusterOf, middle, [lo, hi], up) {
-        const colours = new Uint8Array(positions.length);
-        const known = [];
-        clusterOf.forEach((cluster, triangle) => {
-            const colour = (known[cluster] ??= colourOf(cluster).map((part) => part * 255));
-            for (let corner = 0; corner < 3; corner += 1) colours.set(colour, 9 * triangle + 3 * corner);
-        });
+    /** The scene's triangles, nine numbers and nine bytes of colour each, and a place for the eye. */
+    setTriangles(positions, colours, middle, [lo, hi], up) {
         const geometry = new THREE.BufferGeometry();
         geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
         geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3, true));

@@ -3,6 +3,7 @@
 //     page --{ id, call, argument }--> here --{ progress } ..., { id, value } or { id, error }--> page
 
 import { load } from "./js/arboleda.js";
+import { coloursOf } from "./colours.js";
 import { parse, read } from "./files.js";
 import { shoot } from "./photons.js";
 import { make } from "./scenes.js";
@@ -11,6 +12,8 @@ let arboleda;
 let positions;
 let box;
 let index;
+/** True if the page wants no more rows of a comparison. */
+let stopped = false;
 
 const progress = (stage, detail = "") => postMessage({ progress: { stage, detail } });
 const seconds = (since) => (performance.now() - since) / 1000;
@@ -71,9 +74,10 @@ const CALLS = {
             box = boxOf(positions);
             const middle = box[0].map((x, axis) => (x + box[1][axis]) / 2);
             // Drawn around the middle: 32 bits on a graphics card are few, far from 0.
-            return { middle, positions: positions.map((x, at) => x - middle[at % 3]) };
+            const around = positions.map((x, at) => x - middle[at % 3]);
+            return { middle, positions: around, colours: coloursOf(clusterOf) };
         });
-        return { ...described(), kinds: arboleda.kinds, times, box, clusterOf, drawn };
+        return { ...described(), kinds: arboleda.kinds, times, box, drawn };
     },
 
     /** Builds another index of the same scene. */
@@ -98,13 +102,15 @@ const CALLS = {
 
     cells: ({ level, limit }) => index.cells(level, limit),
 
-    /** The same ray through every kind of index, built one after the other. */
+    /** The same ray through every kind of index, built one after the other, until the page says stop. */
     async compare({ origin, direction }) {
         const rows = [];
+        stopped = false;
         for (const kind of arboleda.kinds) {
             progress("compare", `${kind}, ${rows.length + 1} of ${arboleda.kinds.length}`);
-            // Between two builds the page's messages go out.
+            // Between two builds, messages come in.
             await new Promise((resolve) => setTimeout(resolve));
+            if (stopped) break;
             const since = performance.now();
             const other = arboleda.build(kind, positions);
             const built = seconds(since);
@@ -117,12 +123,16 @@ const CALLS = {
         return rows;
     },
 
+    stop: () => {
+        stopped = true;
+    },
+
     /** Shoots photons; the points of their hits, and their bounces. */
     photons({ count, lamp, seed }) {
         const [points, bounces] = [[], []];
         const since = performance.now();
-        const found = (point, bounce) => {
-            points.push(...point);
+        const found = (x, y, z, bounce) => {
+            points.push(x, y, z);
             bounces.push(bounce);
         };
         const sum = shoot(index, positions, { lamp, box, count, seed }, found, (done, all) =>

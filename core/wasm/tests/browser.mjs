@@ -35,7 +35,7 @@ const FLAGS = [
 ];
 
 /** Runs `body` with a page of a new browser, and fails if the page says anything in its console. */
-export const withPage = async ({ width = 1280, height = 800, ...more }, body) => {
+export const withPage = async ({ width = 1000, height = 640, ...more }, body) => {
     const profile = mkdtempSync(join(tmpdir(), "arboleda-browser-"));
     const { server, address } = await serve();
     const context = await chromium.launchPersistentContext(profile, {
