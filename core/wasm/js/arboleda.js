@@ -13,6 +13,9 @@ export { ArboledaError, Index };
 
 /** `ARB_ABI_VERSION` of the header that this module was written for. */
 const ABI_VERSION = 65536;
+/** Bytes of a page of a memory, and the fewest pages: the stack, the constants and some room. */
+const PAGE = 65536;
+const LEAST_PAGES = 32;
 /** Pages of a memory that is made here: 4 MiB. */
 const FIRST_PAGES = 64;
 /** Bytes a triangle that are enough for most indices. If they are not, the build says how many are, and runs again. */
@@ -35,7 +38,9 @@ const compiled = async (wasm) => {
         const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ "node:fs/promises");
         return WebAssembly.compile(await readFile(url));
     }
-    const response = await fetch(url);
+    const response = await fetch(url).catch((error) => {
+        throw new ArboledaError("NOT_LOADED", `${url} could not be fetched: ${error.message}`);
+    });
     if (!response.ok) throw new ArboledaError("NOT_LOADED", `${url} answers ${response.status}`);
     return WebAssembly.compile(await response.arrayBuffer());
 };
@@ -47,6 +52,9 @@ export const load = async ({ simd = hasSimd128(), memory, wasm } = {}) => {
         : new URL("../wasm/arboleda.wasm", import.meta.url);
     const module = await compiled(wasm ?? url);
     const ours = memory ?? new WebAssembly.Memory({ initial: FIRST_PAGES });
+    if (ours.buffer.byteLength < LEAST_PAGES * PAGE) {
+        throw invalid(`memory must have ${LEAST_PAGES} pages or more, and has ${ours.buffer.byteLength / PAGE}`);
+    }
     const instance = await WebAssembly.instantiate(module, { env: { memory: ours } });
     return new Arboleda(instance.exports, ours, simd);
 };
@@ -55,8 +63,8 @@ export const load = async ({ simd = hasSimd128(), memory, wasm } = {}) => {
 class Arboleda {
     #exports;
     #heap;
-    /** Room for a mesh, options, an error, a description and a word. */
-    #room;
+    /** Addresses of room for each struct. All calls share it: none begins before the one before has ended. */
+    #room = {};
 
     constructor(exports, memory, simd) {
         this.#exports = exports;
@@ -66,12 +74,13 @@ class Arboleda {
         if (exports.arb_check_abi(ABI_VERSION) !== 0) {
             throw new ArboledaError("OTHER_ABI", `the module has version ${exports.arb_abi_version()} of the interface`);
         }
-        const parts = ["mesh", "options", "error", "description"];
-        let next = this.#heap.take(parts.reduce((sum, part) => sum + SIZE[part], 64));
-        this.#room = {};
-        for (const part of [...parts, "word"]) {
+        const { handle: _, ...parts } = SIZE;
+        // Multiples of 16 bytes, which suits every struct.
+        const room = (bytes) => Math.ceil(bytes / 16) * 16;
+        let next = this.#heap.take(Object.values(parts).reduce((sum, bytes) => sum + room(bytes), 0));
+        for (const [part, bytes] of Object.entries(parts)) {
             this.#room[part] = next;
-            next += SIZE[part];
+            next += room(bytes);
         }
         const kinds = [];
         for (let name; (name = textAt(this.#heap, exports.arb_kind_name(kinds.length))) !== "unknown"; ) kinds.push(name);
@@ -131,15 +140,15 @@ class Arboleda {
     clusters(positions, corners, options = {}) {
         const { triangleCount } = measureMesh(positions, corners, options.objects);
         this.#fill(options);
-        const { mesh, options: chosen, word, error } = this.#room;
+        const { mesh, options: chosen, words, error } = this.#room;
         const { arb_clusters, arb_clusters_scratch_bytes } = this.#exports;
         const bytes = arb_clusters_scratch_bytes(triangleCount) >>> 0;
         const blocks = writeMesh(this.#heap, mesh, positions, corners, options.objects);
         try {
             return this.#heap.borrow([bytes, 4 * triangleCount], (scratch, to) => {
-                check(this.#heap, arb_clusters(mesh, chosen, scratch, bytes, to, word, error), error);
+                check(this.#heap, arb_clusters(mesh, chosen, scratch, bytes, to, words, error), error);
                 const { u32 } = this.#heap.views;
-                return { count: u32[word / 4], clusterOf: u32.slice(to / 4, to / 4 + triangleCount) };
+                return { count: u32[words / 4], clusterOf: u32.slice(to / 4, to / 4 + triangleCount) };
             });
         } finally {
             for (const block of blocks) this.#heap.give(block);
@@ -163,14 +172,14 @@ class Arboleda {
 
     /** Builds into a block. Returns the blocks of the mesh, if the index lies beside it. */
     #buildAt(block, bytes, kind, positions, corners, options) {
-        const { mesh, options: chosen, word, error } = this.#room;
+        const { mesh, options: chosen, words, error } = this.#room;
         const { arb_build, arb_scratch_bytes } = this.#exports;
         const blocks = writeMesh(this.#heap, mesh, positions, corners, options.objects);
         let keeps = false;
         try {
             const count = this.#heap.views.u32[mesh / 4 + 4];
-            check(this.#heap, arb_scratch_bytes(kind, count, chosen, word, error), error);
-            const needed = this.#heap.views.u32[word / 4];
+            check(this.#heap, arb_scratch_bytes(kind, count, chosen, words, error), error);
+            const needed = this.#heap.views.u32[words / 4];
             this.#heap.borrow([needed], (scratch) => {
                 const at = block + SIZE.handle;
                 check(this.#heap, arb_build(block, kind, mesh, chosen, at, bytes, scratch, needed, error), error);
@@ -183,6 +192,6 @@ class Arboleda {
     }
 
     #opened(block, mesh) {
-        return new Index(this.#exports, this.#heap, [block, ...mesh], this.#room.description, this.kinds);
+        return new Index(this.#exports, this.#heap, [block, ...mesh], this.#room, this.kinds);
     }
 }

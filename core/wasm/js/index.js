@@ -18,20 +18,18 @@ export class Index {
     #heap;
     /** The block of the handle and the index, then those of the mesh beside it; none after `free`. */
     #blocks;
-    /** A ray, a hit, counters, two words and an error. */
+    /** The module's room for structs. */
     #room;
 
-    constructor(exports, heap, blocks, description, kinds) {
+    constructor(exports, heap, blocks, room, kinds) {
         this.#exports = exports;
         this.#heap = heap;
         this.#blocks = blocks;
+        this.#room = room;
+        const { description } = room;
         exports.arb_describe(blocks[0], description);
         const [, byteCount, kind, triangleCount, clusterCount, beside] = heap.views.u32.subarray(description / 4);
         Object.assign(this, { kind: kinds[kind], byteCount, triangleCount, clusterCount, beside: beside === 1 });
-        const ray = heap.take(SIZE.ray + SIZE.hit + SIZE.counters + 64 + SIZE.error);
-        const [hit, counters] = [ray + SIZE.ray, ray + SIZE.ray + SIZE.hit];
-        this.#room = { ray, hit, counters, words: counters + 16, error: counters + 64 };
-        this.#blocks.push(ray);
     }
 
     get isFree() {

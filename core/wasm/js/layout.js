@@ -2,8 +2,18 @@
 
 import { ArboledaError, codeOf, invalid } from "./errors.js";
 
-/** Bytes of the structs. */
-export const SIZE = { handle: 256, mesh: 24, options: 80, error: 176, description: 24, ray: 32, hit: 16, counters: 16 };
+/** Bytes of the structs; and of two words. */
+export const SIZE = {
+    handle: 256,
+    mesh: 24,
+    options: 80,
+    error: 176,
+    description: 24,
+    ray: 32,
+    hit: 16,
+    counters: 16,
+    words: 8,
+};
 /** `ARB_NO_TRIANGLE`, and the word that stands for what is not there. */
 export const NONE = 0xffffffff;
 

@@ -95,6 +95,7 @@ const open = (source) => {
     return busily(async () => {
         scene = null;
         forgetRay();
+        element("panel").scrollTop = 0;
         view.clear("cells", "photons");
         drawTree(NO_TREE);
         element("photon-facts").replaceChildren();

@@ -103,7 +103,7 @@ export const showRay = ({ origin, direction }, { hit, nodesVisited, triangleTest
         ["nodes entered", count(nodesVisited), "nodes"],
         ["triangles tested", count(triangleTests), "tests"],
         ["triangle hit", hit ? String(hit.triangle) : "none", "hit"],
-        ...(hit ? [["at t", float(hit.t), "t"], ["weights u, v", `${float(hit.u)}, ${float(hit.v)}`]] : []),
+        ...(hit ? [["distance", float(hit.t), "t"], ["weights u, v", `${float(hit.u)}, ${float(hit.v)}`]] : []),
         ["from", vector(origin), "origin"],
         ["towards", vector(direction), "direction"],
     ]);
@@ -187,7 +187,8 @@ export const showPhotons = ({ emitted, rays, hits, reflected, absorbed, left, st
         ["reflected", count(reflected), "reflected"],
         ["absorbed", count(absorbed + stopped), "absorbed"],
         ["left the scene", count(left), "left"],
-        ["time", `${time(seconds)}, ${count(Math.round(rays / seconds / 1000))} thousand rays a second`],
+        ["time", time(seconds)],
+        ["rays a second", count(Math.round(rays / seconds / 1000) * 1000)],
     ]);
 };
 

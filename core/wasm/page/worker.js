@@ -157,6 +157,9 @@ onmessage = async ({ data: { id, call, argument } }) => {
         const value = await CALLS[call](argument);
         postMessage({ id, value }, [...buffersOf(value)]);
     } catch (error) {
-        postMessage({ id, error: { message: error.message, code: error.code ?? null } });
+        // An error of the core names a triangle, and not the file that it is from.
+        const name = argument?.file?.name;
+        const message = name && !error.message.startsWith(name) ? `${name}: ${error.message}` : error.message;
+        postMessage({ id, error: { message, code: error.code ?? null } });
     }
 };

@@ -24,6 +24,26 @@ const throws = (code, body, more = {}) => {
     });
 };
 
+test("the module is chosen by what the machine validates, and may come from anywhere", async () => {
+    assert.equal(arboleda.simd, true);
+    const { validate } = WebAssembly;
+    WebAssembly.validate = () => false;
+    try {
+        assert.equal((await load()).simd, false);
+    } finally {
+        WebAssembly.validate = validate;
+    }
+    const url = new URL("../wasm/arboleda.wasm", import.meta.url);
+    const bytes = readFileSync(url);
+    for (const wasm of [url, String(url), bytes, new Uint8Array(bytes).buffer, new WebAssembly.Module(bytes)]) {
+        assert.equal((await load({ wasm, simd: false })).kinds.length, 19);
+    }
+    const refused = (options, code) => assert.rejects(load(options), (error) => error instanceof ArboledaError && error.code === code);
+    await refused({ wasm: "http://127.0.0.1:9/none.wasm" }, "NOT_LOADED");
+    await refused({ memory: new WebAssembly.Memory({ initial: 31 }) }, "INVALID_ARGUMENT");
+    assert.ok((await load({ memory: new WebAssembly.Memory({ initial: 32 }) })).build("bvh", one));
+});
+
 test("codes are the names of the C interface", () => {
     const header = readFileSync(new URL("../../ffi/include/arboleda.h", import.meta.url), "utf8");
     const [, statuses] = header.match(/enum arb_status[^{]*\{(.*?)\n\}/s);
