@@ -12,7 +12,7 @@ import { load } from "../js/arboleda.js";
 import { Numbers, closedSphere, make } from "../page/scenes.js";
 
 const [rayCount = 100000, rounds = 5] = process.argv.slice(2).map(Number);
-const SCENES = { groups: "groups of spheres", town: "town", million: "a million" };
+const SCENES = { groups: "groups", town: "town", million: "a million" };
 
 const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
 const timed = (body) => {
@@ -125,6 +125,7 @@ const compared = (exact, other, isTie = () => false) => {
 };
 
 const [plain, simd] = [await load({ simd: false }), await load({ simd: true })];
+const [sah, center] = [theirs("SAH", SAH), theirs("center, its default", CENTER)];
 const contenders = [
     ours(simd, "wide-bvh", true),
     ours(simd, "wide-bvh", false),
@@ -132,14 +133,15 @@ const contenders = [
     ours(plain, "wide-bvh", false),
     ours(simd, "compact-bvh", true),
     ours(simd, "octree-hierarchy", true),
-    theirs("SAH", SAH),
-    theirs("center (its default)", CENTER),
+    sah,
+    center,
 ];
 const version = (name) => JSON.parse(readFileSync(new URL(`../node_modules/${name}/package.json`, import.meta.url))).version;
 console.log(`${cpus()[0].model}; Node.js ${process.versions.node}; three-mesh-bvh ${version("three-mesh-bvh")}; ` +
     `${rayCount.toLocaleString("en")} rays, medians of ${rounds} rounds in turns.\n`);
 
-for (const [scene, title] of Object.entries(SCENES)) {
+/** Builds and asks in turns. Returns a row for each contender, and what is to be said of the answers. */
+const measured = (scene) => {
     const positions = make(scene);
     const rays = raysIn(positions, rayCount);
     const rows = contenders.map((contender) => {
@@ -147,41 +149,63 @@ for (const [scene, title] of Object.entries(SCENES)) {
         return { contender, index, bytes: contender.bytes(index), answers: contender.ask(index, rays), builds: [], asks: [] };
     });
     for (const { contender, answers } of rows) {
-        if (!contender.name.startsWith("three")) {
-            const { same } = compared(rows[0].answers, answers);
-            if (same !== rayCount) throw new Error(`${contender.name} differs from ${rows[0].contender.name}`);
+        const isOurs = contender !== sah && contender !== center;
+        if (isOurs && compared(rows[0].answers, answers).same !== rayCount) {
+            throw new Error(`${contender.name} differs from ${rows[0].contender.name}`);
         }
     }
     for (let round = 0; round < rounds; round += 1) {
         for (const row of rows) {
-            const { contender } = row;
-            const [build, index] = timed(() => contender.build(positions));
-            contender.free(index);
+            const [build, index] = timed(() => row.contender.build(positions));
+            row.contender.free(index);
             row.builds.push(build);
-            row.asks.push(timed(() => contender.ask(row.index, rays))[0]);
+            row.asks.push(timed(() => row.contender.ask(row.index, rays))[0]);
         }
     }
-    const sah = rows.find(({ contender }) => contender.name.endsWith("SAH"));
-    console.log(`| ${title}, ${(positions.length / 9).toLocaleString("en")} triangles | million rays/s | times SAH | build, ms | bytes a triangle |`);
-    console.log("|---|---:|---:|---:|---:|");
-    for (const { contender, bytes, builds, asks } of rows) {
-        const [rate, ratio] = [rayCount / median(asks) / 1000, median(sah.asks) / median(asks)];
-        const numbers = [rate.toFixed(2), ratio.toFixed(2), median(builds).toFixed(0), ((9 * bytes) / positions.length).toFixed(1)];
-        console.log(`| ${contender.name} | ${numbers.join(" | ")} |`);
-    }
-    const { same, ties, lost, invented, others } = compared(rows[0].answers, sah.answers, (ray, t, triangle) => {
+    const theirs = rows.find(({ contender }) => contender === sah);
+    const found = compared(rows[0].answers, theirs.answers, (ray, t, triangle) => {
         const [origin, direction] = [rays.subarray(8 * ray, 8 * ray + 3), rays.subarray(8 * ray + 3, 8 * ray + 6)];
         return rows[0].index.allHits(origin, direction, t, t).some((hit) => hit.triangle === triangle);
     });
-    console.log(`\nAnswers of three-mesh-bvh: ${same.toLocaleString("en")} the same triangle, ${ties} another that is hit at the same t, ` +
-        `${lost} no hit where there is one, ${invented} a hit where there is none, ${others} another hit.\n`);
     for (const { contender, index } of rows) contender.free(index);
+    const count = positions.length / 9;
+    return {
+        title: `${SCENES[scene]}, ${count.toLocaleString("en")}`,
+        found,
+        rows: rows.map(({ contender, bytes, builds, asks }) => {
+            const [rate, ratio] = [rayCount / median(asks) / 1000, median(theirs.asks) / median(asks)];
+            return { contender, rate, ratio, build: median(builds), bytes: bytes / count };
+        }),
+        theirs: { build: median(theirs.builds), bytes: theirs.bytes / count },
+    };
+};
+
+const bold = (text, isBold) => (isBold ? `**${text}**` : text);
+/** Prints a table with a column for each scene. `cell` makes the text of a contender in a scene. */
+const table = (title, scenes, chosen, cell) => {
+    console.log(`| ${title} | ${scenes.map(({ title }) => title).join(" | ")} |\n|---|${scenes.map(() => "---:|").join("")}`);
+    contenders.forEach((contender, at) => {
+        if (chosen(contender)) console.log(`| ${contender.name} | ${scenes.map((scene) => cell(scene.rows[at], scene)).join(" | ")} |`);
+    });
+    console.log();
+};
+
+const scenes = Object.keys(SCENES).map(measured);
+const isTheirs = (contender) => contender === sah || contender === center;
+table("million rays a second (times SAH)", scenes, () => true, ({ contender, rate, ratio }) =>
+    bold(contender === sah ? rate.toFixed(2) : `${rate.toFixed(2)} (${ratio.toFixed(1)})`, !isTheirs(contender) && ratio < 1));
+table("build in ms; bytes a triangle", scenes, ({ name }) => !name.includes("single"), ({ contender, build, bytes }, { theirs }) =>
+    `${bold(build.toFixed(0), !isTheirs(contender) && build > theirs.build)}; ` +
+    bold(bytes.toFixed(0), !isTheirs(contender) && bytes > theirs.bytes));
+for (const { title, found: { same, ties, lost, invented, others } } of scenes) {
+    console.log(`Answers of three-mesh-bvh, ${title}: ${same.toLocaleString("en")} the same triangle, ${ties} another that is hit at ` +
+        `the same t, ${lost} no hit where there is one, ${invented} a hit where there is none, ${others} another hit.`);
 }
 
 const [positions, rays] = edges();
 const index = simd.build("wide-bvh", positions);
 const lost = (answers) => answers.t.reduce((sum, t) => sum + (t === Infinity ? 1 : 0), 0).toLocaleString("en");
 const exact = index.closestHits(rays);
-const bvh = contenders.at(-2).build(positions);
+const bvh = sah.build(positions);
 console.log(`Of ${(rays.length / 8).toLocaleString("en")} rays from inside a closed sphere to its corners and edges, ` +
-    `${lost(exact)} leave it in Arboleda, ${lost(contenders.at(-2).ask(bvh, rays))} in three-mesh-bvh.`);
+    `${lost(exact)} leave it in Arboleda, ${lost(sah.ask(bvh, rays))} in three-mesh-bvh.`);
