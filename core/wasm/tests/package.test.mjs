@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 import { fileURLToPath } from "node:url";
@@ -44,11 +45,14 @@ test("the package has its files and no script that runs on installing", () => {
     }
 });
 
-test("the example of the page runs", () => {
+test("the example of the page runs with nothing but the package", () => {
     const [, example] = read("README.md").match(/```js\n(.*?)```/s);
     assert.ok(example.split("\n").length <= 15, "the example is short");
-    const folder = mkdtempSync(join(room, "tests/example-"));
+    const folder = mkdtempSync(join(tmpdir(), "arboleda-example-"));
+    const npm = (...words) => execFileSync("npm", [...words, "--ignore-scripts"], { cwd: folder, encoding: "utf8" });
     try {
+        const [{ filename }] = JSON.parse(npm("pack", room, "--json"));
+        npm("install", "--offline", "--no-audit", "--no-fund", `./${filename}`);
         writeFileSync(join(folder, "example.mjs"), example);
         const printed = execFileSync(process.execPath, [join(folder, "example.mjs")], { encoding: "utf8" });
         const [, expected] = read("README.md").match(/```text\n(triangle .*?)```/s);
