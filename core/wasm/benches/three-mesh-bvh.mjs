@@ -23,7 +23,10 @@ const timed = (body) => {
 
 /** Rays from points of the scene's box, in all directions: what photons and paths are after their first hit. */
 const raysIn = (positions, count) => {
-    const [lo, hi] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    const [lo, hi] = [
+        [Infinity, Infinity, Infinity],
+        [-Infinity, -Infinity, -Infinity],
+    ];
     positions.forEach((x, at) => {
         lo[at % 3] = Math.min(lo[at % 3], x);
         hi[at % 3] = Math.max(hi[at % 3], x);
@@ -50,7 +53,10 @@ const ours = (arboleda, kind, batched) => ({
         }
         const count = rays.length / 8;
         const [triangles, t] = [new Uint32Array(count).fill(0xffffffff), new Float32Array(count).fill(Infinity)];
-        const [origin, direction] = [[0, 0, 0], [0, 0, 0]];
+        const [origin, direction] = [
+            [0, 0, 0],
+            [0, 0, 0],
+        ];
         for (let ray = 0, at = 0; ray < count; ray += 1, at += 8) {
             for (let axis = 0; axis < 3; axis += 1) {
                 origin[axis] = rays[at + axis];
@@ -92,7 +98,7 @@ const theirs = (name, strategy) => ({
     },
 });
 
-/** A closed sphere, and rays from points inside it to its corners and to the middles of its edges: none may leave it. */
+/** A closed sphere, and rays from points inside to its corners and the middles of its edges: none may leave it. */
 const edges = () => {
     const positions = closedSphere(24);
     const numbers = new Numbers(6);
@@ -136,9 +142,12 @@ const contenders = [
     sah,
     center,
 ];
-const version = (name) => JSON.parse(readFileSync(new URL(`../node_modules/${name}/package.json`, import.meta.url))).version;
-console.log(`${cpus()[0].model}; Node.js ${process.versions.node}; three-mesh-bvh ${version("three-mesh-bvh")}; ` +
-    `${rayCount.toLocaleString("en")} rays, medians of ${rounds} rounds in turns.\n`);
+const version = (name) =>
+    JSON.parse(readFileSync(new URL(`../node_modules/${name}/package.json`, import.meta.url))).version;
+console.log(
+    `${cpus()[0].model}; Node.js ${process.versions.node}; three-mesh-bvh ${version("three-mesh-bvh")}; ` +
+        `${rayCount.toLocaleString("en")} rays, medians of ${rounds} rounds in turns.\n`,
+);
 
 /** Builds and asks in turns. Returns a row for each contender, and what is to be said of the answers. */
 const measured = (scene) => {
@@ -146,7 +155,14 @@ const measured = (scene) => {
     const rays = raysIn(positions, rayCount);
     const rows = contenders.map((contender) => {
         const index = contender.build(positions);
-        return { contender, index, bytes: contender.bytes(index), answers: contender.ask(index, rays), builds: [], asks: [] };
+        return {
+            contender,
+            index,
+            bytes: contender.bytes(index),
+            answers: contender.ask(index, rays),
+            builds: [],
+            asks: [],
+        };
     });
     for (const { contender, answers } of rows) {
         const isOurs = contender !== sah && contender !== center;
@@ -183,23 +199,44 @@ const measured = (scene) => {
 const bold = (text, isBold) => (isBold ? `**${text}**` : text);
 /** Prints a table with a column for each scene. `cell` makes the text of a contender in a scene. */
 const table = (title, scenes, chosen, cell) => {
-    console.log(`| ${title} | ${scenes.map(({ title }) => title).join(" | ")} |\n|---|${scenes.map(() => "---:|").join("")}`);
+    console.log(
+        `| ${title} | ${scenes.map(({ title }) => title).join(" | ")} |\n|---|${scenes.map(() => "---:|").join("")}`,
+    );
     contenders.forEach((contender, at) => {
-        if (chosen(contender)) console.log(`| ${contender.name} | ${scenes.map((scene) => cell(scene.rows[at], scene)).join(" | ")} |`);
+        if (chosen(contender))
+            console.log(`| ${contender.name} | ${scenes.map((scene) => cell(scene.rows[at], scene)).join(" | ")} |`);
     });
     console.log();
 };
 
 const scenes = Object.keys(SCENES).map(measured);
 const isTheirs = (contender) => contender === sah || contender === center;
-table("million rays a second (times SAH)", scenes, () => true, ({ contender, rate, ratio }) =>
-    bold(contender === sah ? rate.toFixed(2) : `${rate.toFixed(2)} (${ratio.toFixed(1)})`, !isTheirs(contender) && ratio < 1));
-table("build in ms; bytes a triangle", scenes, ({ name }) => !name.includes("single"), ({ contender, build, bytes }, { theirs }) =>
-    `${bold(build.toFixed(0), !isTheirs(contender) && build > theirs.build)}; ` +
-    bold(bytes.toFixed(0), !isTheirs(contender) && bytes > theirs.bytes));
-for (const { title, found: { same, ties, lost, invented, others } } of scenes) {
-    console.log(`Answers of three-mesh-bvh, ${title}: ${same.toLocaleString("en")} the same triangle, ${ties} another that is hit at ` +
-        `the same t, ${lost} no hit where there is one, ${invented} a hit where there is none, ${others} another hit.`);
+table(
+    "million rays a second (times SAH)",
+    scenes,
+    () => true,
+    ({ contender, rate, ratio }) =>
+        bold(
+            contender === sah ? rate.toFixed(2) : `${rate.toFixed(2)} (${ratio.toFixed(1)})`,
+            !isTheirs(contender) && ratio < 1,
+        ),
+);
+table(
+    "build in ms; bytes a triangle",
+    scenes,
+    ({ name }) => !name.includes("single"),
+    ({ contender, build, bytes }, { theirs }) =>
+        `${bold(build.toFixed(0), !isTheirs(contender) && build > theirs.build)}; ` +
+        bold(bytes.toFixed(0), !isTheirs(contender) && bytes > theirs.bytes),
+);
+for (const {
+    title,
+    found: { same, ties, lost, invented, others },
+} of scenes) {
+    console.log(
+        `Answers of three-mesh-bvh, ${title}: ${same.toLocaleString("en")} the same triangle, ${ties} another that is hit at ` +
+            `the same t, ${lost} no hit where there is one, ${invented} a hit where there is none, ${others} another hit.`,
+    );
 }
 
 const [positions, rays] = edges();
@@ -207,5 +244,7 @@ const index = simd.build("wide-bvh", positions);
 const lost = (answers) => answers.t.reduce((sum, t) => sum + (t === Infinity ? 1 : 0), 0).toLocaleString("en");
 const exact = index.closestHits(rays);
 const bvh = sah.build(positions);
-console.log(`Of ${(rays.length / 8).toLocaleString("en")} rays from inside a closed sphere to its corners and edges, ` +
-    `${lost(exact)} leave it in Arboleda, ${lost(sah.ask(bvh, rays))} in three-mesh-bvh.`);
+console.log(
+    `Of ${(rays.length / 8).toLocaleString("en")} rays from inside a closed sphere to its corners and edges, ` +
+        `${lost(exact)} leave it in Arboleda, ${lost(sah.ask(bvh, rays))} in three-mesh-bvh.`,
+);

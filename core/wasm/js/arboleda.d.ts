@@ -133,8 +133,8 @@ export interface Options {
     /** The largest number of steps of a build; by default there is none. */
     workLimit?: number;
     /**
-     * True to build the index beside the mesh: it reads the triangles in a copy that stays in the memory, has none of its
-     * own, and is opened with the same mesh. Not for the wide and the compact BVH.
+     * True to build the index beside the mesh: it reads the triangles in a copy that stays in the memory, has none of
+     * its own, and is opened with the same mesh. Not for the wide and the compact BVH.
      */
     beside?: boolean;
     /** The object of each triangle. A hierarchy never divides an object between clusters. */
@@ -256,9 +256,9 @@ export interface Arboleda {
     /**
      * Builds an index.
      *
-     * `positions` has three numbers a vertex. `corners` has three vertices a triangle; without it, each three vertices are
-     * a triangle. Both are copied, and free for other use after the call. Cost: n log n for n triangles, and twice that in
-     * the rare case that an index needs more than 80 bytes a triangle.
+     * `positions` has three numbers a vertex. `corners` has three vertices a triangle; without it, each three vertices
+     * are a triangle. Both are copied, and free for other use after the call. Cost: n log n for n triangles, and twice
+     * that in the rare case that an index needs more than 80 bytes a triangle.
      */
     build(kind: Kind, positions: Float32Array, corners?: Uint32Array | Uint16Array | null, options?: Options): Index;
     /**

@@ -72,7 +72,10 @@ class Arboleda {
         this.memory = memory;
         this.simd = simd;
         if (exports.arb_check_abi(ABI_VERSION) !== 0) {
-            throw new ArboledaError("OTHER_ABI", `the module has version ${exports.arb_abi_version()} of the interface`);
+            throw new ArboledaError(
+                "OTHER_ABI",
+                `the module has version ${exports.arb_abi_version()} of the interface`,
+            );
         }
         const { handle: _, ...parts } = SIZE;
         // Multiples of 16 bytes, which suits every struct.
@@ -83,7 +86,8 @@ class Arboleda {
             next += room(bytes);
         }
         const kinds = [];
-        for (let name; (name = textAt(this.#heap, exports.arb_kind_name(kinds.length))) !== "unknown"; ) kinds.push(name);
+        for (let name; (name = textAt(this.#heap, exports.arb_kind_name(kinds.length))) !== "unknown";)
+            kinds.push(name);
         this.kinds = Object.freeze(kinds);
     }
 
@@ -158,7 +162,10 @@ class Arboleda {
     #number(kind) {
         const number = this.kinds.indexOf(kind);
         if (number < 0) {
-            throw new ArboledaError("UNKNOWN_KIND", `no kind of index is called ${kind}; there are ${this.kinds.join(", ")}`);
+            throw new ArboledaError(
+                "UNKNOWN_KIND",
+                `no kind of index is called ${kind}; there are ${this.kinds.join(", ")}`,
+            );
         }
         return number;
     }

@@ -146,7 +146,14 @@ export class Index {
             const step = (number) => {
                 const at = steps / 4 + number * STEP_WORDS;
                 const [what, id, level, firstTest, count] = u32.subarray(at);
-                return { what: STEPS[what], id, level, firstTest, testCount: count, bounds: f32.slice(at + 5, at + 11) };
+                return {
+                    what: STEPS[what],
+                    id,
+                    level,
+                    firstTest,
+                    testCount: count,
+                    bounds: f32.slice(at + 5, at + 11),
+                };
             };
             return {
                 hit: readHit(this.#heap, hit),
@@ -237,4 +244,3 @@ export class Index {
         });
     }
 }
-

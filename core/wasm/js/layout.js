@@ -62,7 +62,9 @@ const OPTIONS = {
         if (value === "automatic") return;
         if (Array.isArray(value?.cells) && value.cells.length === 3) {
             data.setUint32(at + 24, 2, true);
-            value.cells.forEach((cells, axis) => data.setUint32(at + 32 + 4 * axis, whole("resolution.cells", cells), true));
+            value.cells.forEach((cells, axis) =>
+                data.setUint32(at + 32 + 4 * axis, whole("resolution.cells", cells), true),
+            );
         } else if (value?.cellsPerTriangle !== undefined) {
             data.setUint32(at + 24, 1, true);
             data.setFloat32(at + 28, number("resolution.cellsPerTriangle", value.cellsPerTriangle), true);

@@ -2,7 +2,18 @@
 
 import { colourOf } from "./colours.js";
 import { formatOf } from "./files.js";
-import { Progress, count, drawTree, element, markStep, showComparison, showFacts, showPhotons, showRay, showSteps } from "./panel.js";
+import {
+    Progress,
+    count,
+    drawTree,
+    element,
+    markStep,
+    showComparison,
+    showFacts,
+    showPhotons,
+    showRay,
+    showSteps,
+} from "./panel.js";
 import { View } from "./view.js";
 
 const TIP = element("tip").textContent;
@@ -127,7 +138,9 @@ const showCells = async () => {
     const has = scene.kind.startsWith("octree");
     element("cells-row").hidden = !has;
     element("level").hidden = !has;
-    element("cells-note").textContent = has ? "" : `The cells of a ${scene.kind} are not shown here, only its counters.`;
+    element("cells-note").textContent = has
+        ? ""
+        : `The cells of a ${scene.kind} are not shown here, only its counters.`;
     if (!has || !element("show-cells").checked) return view.clear("cells");
     const level = Number(element("level").value);
     const { bounds, clusters, count: drawn, total } = await ask("cells", { level, limit: MOST_CELLS });
@@ -187,7 +200,12 @@ const showStep = (number) => {
     view.setBoxes("path", bounds, (at) => COLOURS[steps[at].what], { opacity: 0.6, inFront: true });
     view.setBoxes("step", steps.at(-1)?.bounds ?? [], () => [1, 1, 1], { inFront: true });
     const last = steps.at(-1);
-    view.setMarked("tested", path.corners.subarray(0, 9 * (last ? last.firstTest + last.testCount : 0)), 0xff9a3c, false);
+    view.setMarked(
+        "tested",
+        path.corners.subarray(0, 9 * (last ? last.firstTest + last.testCount : 0)),
+        0xff9a3c,
+        false,
+    );
     markStep(number, path.steps.length);
 };
 
@@ -248,7 +266,11 @@ element("kind").addEventListener("change", () =>
 element("z-up").addEventListener("change", () => {
     if (!scene) return;
     const half = scene.box[1].map((x, axis) => (x - scene.box[0][axis]) / 2);
-    view.look(half.map((x) => -x), half, up());
+    view.look(
+        half.map((x) => -x),
+        half,
+        up(),
+    );
 });
 
 for (const id of ["show-triangles", "see-through", "show-clusters", "show-tree", "show-photons"]) {

@@ -70,7 +70,9 @@ export class Progress {
     #show() {
         element("stage-name").textContent = STAGES[this.#stage];
         const passed = (performance.now() - this.#since) / 1000;
-        element("stage-detail").textContent = [this.#detail, passed > 1 ? `${passed.toFixed(0)} s` : ""].filter(Boolean).join(" · ");
+        element("stage-detail").textContent = [this.#detail, passed > 1 ? `${passed.toFixed(0)} s` : ""]
+            .filter(Boolean)
+            .join(" · ");
     }
 
     stop() {
@@ -82,7 +84,12 @@ export class Progress {
 export const showFacts = (scene, times) => {
     const { triangleCount, clusterCount, byteCount, memoryBytes, simd, tree } = scene;
     const took = Object.fromEntries(times.map(({ stage, seconds }) => [stage, time(seconds)]));
-    const more = [["make", "made in"], ["read", "read in"], ["parse", "parsed in"], ["clusters", "clusters found in"]];
+    const more = [
+        ["make", "made in"],
+        ["read", "read in"],
+        ["parse", "parsed in"],
+        ["clusters", "clusters found in"],
+    ];
     facts("facts", [
         ["triangles", count(triangleCount), "triangles"],
         ["clusters", count(clusterCount), "clusters"],
@@ -103,13 +110,19 @@ export const showRay = ({ origin, direction }, { hit, nodesVisited, triangleTest
         ["nodes entered", count(nodesVisited), "nodes"],
         ["triangles tested", count(triangleTests), "tests"],
         ["triangle hit", hit ? String(hit.triangle) : "none", "hit"],
-        ...(hit ? [["distance", float(hit.t), "t"], ["weights u, v", `${float(hit.u)}, ${float(hit.v)}`]] : []),
+        ...(hit
+            ? [
+                  ["distance", float(hit.t), "t"],
+                  ["weights u, v", `${float(hit.u)}, ${float(hit.v)}`],
+              ]
+            : []),
         ["from", vector(origin), "origin"],
         ["towards", vector(direction), "direction"],
     ]);
     element("walk").hidden = steps.length === 0;
     const answer = hit ? `hits triangle ${hit.triangle} at ${float(hit.t)}` : "hits nothing";
-    element("tip").textContent = `${count(nodesVisited)} nodes, ${count(triangleTests)} tests: ${answer}. Turn the scene to see the ray.`;
+    element("tip").textContent =
+        `${count(nodesVisited)} nodes, ${count(triangleTests)} tests: ${answer}. Turn the scene to see the ray.`;
     element("comparison").hidden = true;
     element("agreement").textContent = "";
     element("ray-section").scrollIntoView({ block: "start" });
@@ -168,13 +181,21 @@ export const showComparison = (rows, all) => {
         cells("th", ["index", "nodes", "tests", "bytes", "built", "hit"]),
         ...rows.map((row) => {
             const { kind, nodesVisited, triangleTests, byteCount, seconds } = row;
-            const values = [kind, count(nodesVisited), count(triangleTests), bytes(byteCount), time(seconds), hitOf(row)];
+            const values = [
+                kind,
+                count(nodesVisited),
+                count(triangleTests),
+                bytes(byteCount),
+                time(seconds),
+                hitOf(row),
+            ];
             return cells("td", values);
         }),
     );
     const [first, ...others] = rows.map(hitOf);
+    const those = `${rows.length === all ? "All" : "The"} ${rows.length}`;
     element("agreement").textContent = others.every((hit) => hit === first)
-        ? `${rows.length === all ? "All" : "The"} ${rows.length} give the same: ${first === "none" ? "no hit" : `triangle ${first}`}.`
+        ? `${those} give the same: ${first === "none" ? "no hit" : `triangle ${first}`}.`
         : "They differ: this is an error, please report it.";
     element("comparison").hidden = false;
 };

@@ -111,7 +111,12 @@ const town = () => {
         for (let z = -5; z <= 5; z += 1) {
             const [left, back] = [22 * x - 8, 22 * z - 8];
             const away = Math.abs(x) + Math.abs(z);
-            for (const [i, j] of [[0, 0], [9, 0], [0, 9], [9, 9]]) {
+            for (const [i, j] of [
+                [0, 0],
+                [9, 0],
+                [0, 9],
+                [9, 9],
+            ]) {
                 const height = numbers.within(3, 8) + (away < 4 ? numbers.within(0, 26) : 0);
                 const [a, b] = [left + i, back + j];
                 triangles.box([a, 0.02, b], [a + 7, height, b + 7]);

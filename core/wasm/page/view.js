@@ -6,7 +6,12 @@ import { OrbitControls } from "./three/OrbitControls.js";
 /** The twelve edges of the unit cube. */
 const EDGES = [];
 for (let axis = 0; axis < 3; axis += 1) {
-    for (const [i, j] of [[0, 0], [0, 1], [1, 0], [1, 1]]) {
+    for (const [i, j] of [
+        [0, 0],
+        [0, 1],
+        [1, 0],
+        [1, 1],
+    ]) {
         for (const end of [0, 1]) {
             const corner = [0, 0, 0];
             corner[axis] = end;
@@ -125,7 +130,16 @@ export class View {
     /** Looks at the whole of a box, from above and the side. */
     look(lo, hi, up) {
         const radius = Math.hypot(...hi.map((x, axis) => x - lo[axis])) / 2 || 1;
-        const [upward, away] = up === "z" ? [[0, 0, 1], [0.55, -0.75, 0.45]] : [[0, 1, 0], [0.55, 0.45, 0.75]];
+        const [upward, away] =
+            up === "z"
+                ? [
+                      [0, 0, 1],
+                      [0.55, -0.75, 0.45],
+                  ]
+                : [
+                      [0, 1, 0],
+                      [0.55, 0.45, 0.75],
+                  ];
         // The narrower side of the picture has to hold the scene.
         const distance = (radius * 1.95) / Math.min(1, this.#camera.aspect);
         this.#camera.up.set(...upward);
@@ -215,7 +229,12 @@ export class View {
 
     /** Points, in a colour by their number of bounces. */
     setPoints(name, points, bounces) {
-        const shades = [[1, 0.93, 0.62], [1, 0.62, 0.25], [0.95, 0.36, 0.3], [0.72, 0.3, 0.62]];
+        const shades = [
+            [1, 0.93, 0.62],
+            [1, 0.62, 0.25],
+            [0.95, 0.36, 0.3],
+            [0.72, 0.3, 0.62],
+        ];
         const colours = new Float32Array(points.length);
         bounces.forEach((bounce, at) => colours.set(shades[Math.min(bounce, shades.length - 1)], 3 * at));
         const geometry = this.#geometry(points);

@@ -29,7 +29,10 @@ const stage = async (times, name, body) => {
 
 /** The box of all triangles. */
 const boxOf = (positions) => {
-    const [lo, hi] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+    const [lo, hi] = [
+        [Infinity, Infinity, Infinity],
+        [-Infinity, -Infinity, -Infinity],
+    ];
     for (let at = 0; at < positions.length; at += 3) {
         for (let axis = 0; axis < 3; axis += 1) {
             const x = positions[at + axis];
@@ -115,7 +118,12 @@ const CALLS = {
             const other = arboleda.build(kind, positions);
             const built = seconds(since);
             try {
-                rows.push({ kind, seconds: built, byteCount: other.byteCount, ...other.closestHitCounted(origin, direction) });
+                rows.push({
+                    kind,
+                    seconds: built,
+                    byteCount: other.byteCount,
+                    ...other.closestHitCounted(origin, direction),
+                });
             } finally {
                 other.free();
             }

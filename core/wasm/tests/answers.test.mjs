@@ -7,7 +7,9 @@ import { hasSimd128, load } from "../js/arboleda.js";
 import { digests, positions, rays } from "./scene.mjs";
 
 const modules = [await load({ simd: false }), await load({ simd: true })];
-const expected = readFileSync(new URL("digests.txt", import.meta.url), "utf8").trim().split("\n");
+const expected = readFileSync(new URL("digests.txt", import.meta.url), "utf8")
+    .trim()
+    .split("\n");
 const mesh = positions();
 
 test("both modules give the bytes, hits and counters of the native build", () => {
@@ -56,7 +58,10 @@ test("more than 64 hits of a ray are all found", () => {
     for (let at = 0; at < 300; at += 1) stack.set([0, 0, at, 1, 0, at, 0, 1, at], 9 * at);
     const index = arboleda.build("wide-bvh", stack);
     const hits = index.allHits([0.25, 0.25, -1], [0, 0, 1]);
-    assert.deepEqual(hits.map((hit) => hit.triangle), Array.from({ length: 300 }, (_, at) => at));
+    assert.deepEqual(
+        hits.map((hit) => hit.triangle),
+        Array.from({ length: 300 }, (_, at) => at),
+    );
     index.free();
 });
 
@@ -147,7 +152,11 @@ test("options reach the build", () => {
     const grid = arboleda.build("uniform-grid", mesh, null, { resolution: { cells: [1, 1, 1] } });
     assert.equal(grid.closestHitCounted([0, 0, -200], [0, 0, 1]).triangleTests, 1202);
     grid.free();
-    for (const options of [{ bvhBuild: "insertion" }, { cost: { traversal: 1, intersection: 1 } }, { sizeClasses: 1 }]) {
+    for (const options of [
+        { bvhBuild: "insertion" },
+        { cost: { traversal: 1, intersection: 1 } },
+        { sizeClasses: 1 },
+    ]) {
         arboleda.build("bvh-hierarchy", mesh, null, options).free();
     }
     assert.throws(() => arboleda.build("bvh", mesh, null, { workLimit: 10 }), { code: "TOO_MUCH_WORK" });

@@ -8,7 +8,13 @@ import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
 const room = fileURLToPath(new URL("..", import.meta.url));
-const TYPES = { ".html": "text/html", ".js": "text/javascript", ".mjs": "text/javascript", ".css": "text/css", ".wasm": "application/wasm" };
+const TYPES = {
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".mjs": "text/javascript",
+    ".css": "text/css",
+    ".wasm": "application/wasm",
+};
 
 /** Serves the files of this room: the page is at /dist/. */
 export const serve = () =>
@@ -50,13 +56,19 @@ export const withPage = async ({ width = 1000, height = 640, ...more }, body) =>
         const said = [];
         page.on("console", (message) => {
             // The graphics of this machine are computed, and chromium says so.
-            if (["error", "warning"].includes(message.type()) && !/GPU stall|swiftshader|GL Driver/i.test(message.text())) {
+            if (
+                ["error", "warning"].includes(message.type()) &&
+                !/GPU stall|swiftshader|GL Driver/i.test(message.text())
+            ) {
                 said.push(message.text());
             }
         });
         page.on("pageerror", (error) => said.push(error.stack));
         page.on("requestfailed", (request) => said.push(`${request.url()}: ${request.failure().errorText}`));
-        page.on("response", (response) => response.status() >= 400 && said.push(`${response.url()}: ${response.status()}`));
+        page.on(
+            "response",
+            (response) => response.status() >= 400 && said.push(`${response.url()}: ${response.status()}`),
+        );
         const result = await body(page, address);
         if (said.length > 0) throw new Error(`the page says: ${said.join("\n")}`);
         return result;
@@ -75,4 +87,8 @@ export const ready = async (page, timeout = 60000) => {
 
 /** The values that the panel shows, by name. */
 export const factsOf = (page) =>
-    page.evaluate(() => Object.fromEntries([...document.querySelectorAll("[data-fact]")].map((one) => [one.dataset.fact, one.textContent])));
+    page.evaluate(() =>
+        Object.fromEntries(
+            [...document.querySelectorAll("[data-fact]")].map((one) => [one.dataset.fact, one.textContent]),
+        ),
+    );

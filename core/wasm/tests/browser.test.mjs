@@ -51,7 +51,8 @@ const trianglesOf = (text) => {
         if (word === "v") vertices.push(rest.map(Number));
         if (word !== "f") continue;
         const corners = rest.map((corner) => vertices[parseInt(corner, 10) - 1]);
-        for (let at = 1; at + 1 < corners.length; at += 1) positions.push(...corners[0], ...corners[at], ...corners[at + 1]);
+        for (let at = 1; at + 1 < corners.length; at += 1)
+            positions.push(...corners[0], ...corners[at], ...corners[at + 1]);
     }
     return new Float32Array(positions);
 };
@@ -105,7 +106,9 @@ test("a built-in scene: ray, steps, cells, tree, photons, and every index", { ti
 
         // Another index answers the same ray.
         await page.selectOption("#kind", "wide-bvh");
-        await page.waitForFunction(() => document.querySelector('[data-fact="nodes"]') && document.body.dataset.state === "ready");
+        await page.waitForFunction(
+            () => document.querySelector('[data-fact="nodes"]') && document.body.dataset.state === "ready",
+        );
         await page.waitForFunction(() => document.getElementById("walk").hidden);
         assert.equal((await factsOf(page)).hit, ray.hit);
         assert.equal(await page.locator("#level").isVisible(), false);
@@ -122,11 +125,17 @@ test("a dropped file: the numbers are those of the core in Node.js", { timeout: 
         assert.deepEqual(await ready(page), ["ready", ""]);
         const index = arboleda.build("octree-hierarchy", trianglesOf(text));
         const facts = await factsOf(page);
-        assert.deepEqual(
-            [facts.triangles, facts.clusters, facts.bytes].map(number),
-            [index.triangleCount, index.clusterCount, index.byteCount],
-        );
-        for (const [x, y] of [[0.5, 0.5], [0.42, 0.56], [0.6, 0.4], [0.02, 0.02]]) {
+        assert.deepEqual([facts.triangles, facts.clusters, facts.bytes].map(number), [
+            index.triangleCount,
+            index.clusterCount,
+            index.byteCount,
+        ]);
+        for (const [x, y] of [
+            [0.5, 0.5],
+            [0.42, 0.56],
+            [0.6, 0.4],
+            [0.02, 0.02],
+        ]) {
             const shown = await click(page, x, y);
             const expected = index.closestHitCounted(vector(shown.origin), vector(shown.direction));
             assert.deepEqual([shown.nodes, shown.tests].map(number), [expected.nodesVisited, expected.triangleTests]);
@@ -140,8 +149,16 @@ test("a dropped file: the numbers are those of the core in Node.js", { timeout: 
         for (const [name, content, says] of [
             ["picture.png", "no", /picture\.png: only OBJ, PLY and STL/],
             ["empty.obj", "v 0 0 0\n", /empty\.obj has no triangles/],
-            ["points.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n", /points\.ply has no triangles/],
-            ["broken.obj", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", /^broken\.obj: triangle 0 has an infinite or NaN coordinate/],
+            [
+                "points.ply",
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n",
+                /points\.ply has no triangles/,
+            ],
+            [
+                "broken.obj",
+                "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n",
+                /^broken\.obj: triangle 0 has an infinite or NaN coordinate/,
+            ],
             ["broken.stl", "nothing", /broken\.stl/],
         ]) {
             await drop(page, name, content);
@@ -150,11 +167,13 @@ test("a dropped file: the numbers are those of the core in Node.js", { timeout: 
             await picture(page, `error-${name}`);
             await page.evaluate(() => (document.getElementById("error").hidden = true));
         }
-        const square = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+        const square =
+            "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
         await drop(page, "one.stl", square);
         await page.waitForFunction(() => document.querySelector('[data-fact="triangles"]')?.textContent === "1");
         assert.equal((await ready(page))[0], "ready");
-        const ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+        const ply =
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
         await drop(page, "square.ply", ply);
         await page.waitForFunction(() => document.querySelector('[data-fact="triangles"]')?.textContent === "2");
         assert.equal((await ready(page))[0], "ready");
@@ -172,7 +191,10 @@ test("a phone: nothing is wider than it, and a tap sends a ray", { timeout: 6000
         await picture(page, "phone");
         await page.locator("#compare").click();
         await ready(page);
-        const widths = await page.evaluate(() => [document.documentElement.scrollWidth, document.getElementById("panel").scrollWidth]);
+        const widths = await page.evaluate(() => [
+            document.documentElement.scrollWidth,
+            document.getElementById("panel").scrollWidth,
+        ]);
         assert.deepEqual(widths, [390, 390]);
         await page.locator("#shoot").scrollIntoViewIfNeeded();
         await picture(page, "phone-below");
@@ -198,7 +220,8 @@ test("a million triangles: with progress, and the page is not blocked", { timeou
         // What comes after the last stage counts too: the first picture.
         await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve, 100))));
         const seen = await page.evaluate(() => ({ stages: [...window.seen.stages], longest: window.seen.longest }));
-        for (const stage of ["Making the scene", "Finding clusters", "Building the index"]) assert.ok(seen.stages.includes(stage), `${seen.stages}`);
+        for (const stage of ["Making the scene", "Finding clusters", "Building the index"])
+            assert.ok(seen.stages.includes(stage), `${seen.stages}`);
         console.log(`the page waited at most ${seen.longest.toFixed(0)} ms`);
         assert.ok(seen.longest < 1500, `the page was blocked for ${seen.longest} ms`);
         assert.equal(number((await factsOf(page)).triangles), 1000188);
@@ -218,10 +241,15 @@ test("the modules in the browser give the digests of the native build", { timeou
     withPage({}, async (page, address) => {
         await page.goto(`${address}/dist/`);
         await ready(page);
-        const expected = readFileSync(new URL("digests.txt", import.meta.url), "utf8").trim().split("\n");
+        const expected = readFileSync(new URL("digests.txt", import.meta.url), "utf8")
+            .trim()
+            .split("\n");
         for (const simd of [false, true]) {
             const found = await page.evaluate(async (simd) => {
-                const [{ load }, { digests }] = await Promise.all([import("/js/arboleda.js"), import("/tests/scene.mjs")]);
+                const [{ load }, { digests }] = await Promise.all([
+                    import("/js/arboleda.js"),
+                    import("/tests/scene.mjs"),
+                ]);
                 const arboleda = await load({ simd });
                 return { simd: arboleda.simd, lines: digests(arboleda) };
             }, simd);

@@ -38,7 +38,8 @@ test("the module is chosen by what the machine validates, and may come from anyw
     for (const wasm of [url, String(url), bytes, new Uint8Array(bytes).buffer, new WebAssembly.Module(bytes)]) {
         assert.equal((await load({ wasm, simd: false })).kinds.length, 19);
     }
-    const refused = (options, code) => assert.rejects(load(options), (error) => error instanceof ArboledaError && error.code === code);
+    const refused = (options, code) =>
+        assert.rejects(load(options), (error) => error instanceof ArboledaError && error.code === code);
     await refused({ wasm: "http://127.0.0.1:9/none.wasm" }, "NOT_LOADED");
     await refused({ memory: new WebAssembly.Memory({ initial: 31 }) }, "INVALID_ARGUMENT");
     assert.ok((await load({ memory: new WebAssembly.Memory({ initial: 32 }) })).build("bvh", one));
@@ -47,7 +48,10 @@ test("the module is chosen by what the machine validates, and may come from anyw
 test("codes are the names of the C interface", () => {
     const header = readFileSync(new URL("../../ffi/include/arboleda.h", import.meta.url), "utf8");
     const [, statuses] = header.match(/enum arb_status[^{]*\{(.*?)\n\}/s);
-    const found = [...statuses.matchAll(/^\s+ARB_([A-Z_]+) = (\d+),$/gm)].map(([, name, number]) => [name, Number(number)]);
+    const found = [...statuses.matchAll(/^\s+ARB_([A-Z_]+) = (\d+),$/gm)].map(([, name, number]) => [
+        name,
+        Number(number),
+    ]);
     assert.ok(found.length >= 34, `${found.length}`);
     for (const [name, number] of found) if (number > 0) assert.equal(codeOf(number), name);
 });
@@ -58,7 +62,9 @@ test("bad meshes are refused by name", () => {
     throws("INVALID_ARGUMENT", () => arboleda.build("bvh", one.slice(1)), { message: /9 numbers.*8/ });
     throws("INVALID_ARGUMENT", () => arboleda.build("bvh", one, new Uint32Array(4)), { message: /corners/ });
     throws("INVALID_ARGUMENT", () => arboleda.build("bvh", one, [0, 1, 2]), { message: /corners/ });
-    throws("CORNER_OUT_OF_RANGE", () => arboleda.build("bvh", one, new Uint32Array([0, 1, 2, 0, 1, 3])), { element: 1 });
+    throws("CORNER_OUT_OF_RANGE", () => arboleda.build("bvh", one, new Uint32Array([0, 1, 2, 0, 1, 3])), {
+        element: 1,
+    });
     for (const bad of [NaN, Infinity]) {
         const broken = mesh.slice();
         broken[9 * 17 + 4] = bad;
@@ -98,7 +104,10 @@ test("bad rays are refused, with their number in a batch", () => {
     for (const bad of [3, 139999]) {
         const broken = batch.slice();
         broken[8 * bad + 3] = Infinity;
-        throws("RAY_DIRECTION_NOT_FINITE", () => index.closestHits(broken), { element: bad, message: new RegExp(`ray ${bad}`) });
+        throws("RAY_DIRECTION_NOT_FINITE", () => index.closestHits(broken), {
+            element: bad,
+            message: new RegExp(`ray ${bad}`),
+        });
     }
     assert.equal(index.closestHits(new Float32Array(0)).count, 0);
     index.free();

@@ -33,10 +33,22 @@ test("the types name all kinds and codes", async () => {
 
 test("the package has its files and no script that runs on installing", () => {
     const { scripts, files } = JSON.parse(read("package.json"));
-    assert.deepEqual(Object.keys(scripts).filter((name) => name.includes("install")), []);
-    const packed = execFileSync("npm", ["pack", "--dry-run", "--json", "--ignore-scripts"], { cwd: room, encoding: "utf8" });
+    assert.deepEqual(
+        Object.keys(scripts).filter((name) => name.includes("install")),
+        [],
+    );
+    const packed = execFileSync("npm", ["pack", "--dry-run", "--json", "--ignore-scripts"], {
+        cwd: room,
+        encoding: "utf8",
+    });
     const names = JSON.parse(packed)[0].files.map(({ path }) => path);
-    for (const name of ["js/arboleda.js", "js/arboleda.d.ts", "wasm/arboleda.wasm", "wasm/arboleda-simd128.wasm", "LICENSE-MIT"]) {
+    for (const name of [
+        "js/arboleda.js",
+        "js/arboleda.d.ts",
+        "wasm/arboleda.wasm",
+        "wasm/arboleda-simd128.wasm",
+        "LICENSE-MIT",
+    ]) {
         assert.ok(names.includes(name), `${name} of ${names}`);
     }
     for (const name of names) {

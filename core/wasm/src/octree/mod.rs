@@ -3,13 +3,13 @@
 //!
 //! ```text
 //! words:  root: a link; then the nodes
-//! inner:  child mask, and from bit 8 a bit for each axis that is divided | the planes, if stored | a link to each child
+//! inner:  child mask, from bit 8 a bit for each divided axis | the planes, if stored | a link to each child
 //! leaf:   count | the ids of the triangles
 //! link:   offset of the node, the highest bit set for a leaf
 //! ```
 //! The core describes this layout in `indices/cells/octant_tree.rs`, and checks it whenever an index is opened. Here it
-//! is read again, because a query of the core does not say which node it enters. Tests compare the number of nodes and of
-//! triangle tests, for every ray, with the counters of the core's query.
+//! is read again, because a query of the core does not say which node it enters. Tests compare the number of nodes and
+//! of triangle tests, for every ray, with the counters of the core's query.
 
 mod cells;
 mod path;
