@@ -23,6 +23,7 @@ pub mod contenders;
 pub mod density;
 pub mod files;
 mod index;
+pub mod parts;
 pub mod photon;
 pub mod render;
 pub mod report;

@@ -1,20 +1,29 @@
 //! `arboleda irradiance`: irradiance at points of a file.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use anyhow::Context;
 use arboleda::Vec3;
 use clap::Args;
 
 use super::arguments::SceneArguments;
 use super::arguments::estimator::KernelName;
+use super::arguments::part::PartArguments;
 use super::arguments::values::file_ending_in;
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
-use super::output::{bytes, count, duration, say};
+use super::output::{arrow_to, bytes, count, duration, say};
+use super::parts::{MergeOutputs, Merged, PartWork, recorded};
 use crate::bench::progress::photon_bar;
-use crate::density::{Estimate, Receiver, Work};
+use crate::density::{
+    Estimate, Estimator, EstimatorError, Harvest, LightField, LightPiece, LightSums, PhotonSource,
+    Receiver, Work,
+};
 use crate::files::output::{check_writable, write_npy};
 use crate::files::rays;
+use crate::parts::{Command, PartSums};
+use crate::photon::Digest;
 
 /// Estimate the irradiance at points of a NumPy file
 ///
@@ -36,8 +45,11 @@ pub struct Irradiance {
     #[arg(long, value_name = "POINTS.npy")]
     points: PathBuf,
     /// Write the estimates to a .npy file
-    #[arg(long, value_name = "E.npy", value_parser = file_ending_in(&["npy"]))]
-    out: PathBuf,
+    #[arg(long, value_name = "E.npy", value_parser = file_ending_in(&["npy"]), required_unless_present = "part",
+        conflicts_with = "part")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArguments,
     #[command(flatten)]
     lighting: LightingArguments,
 }
@@ -59,20 +71,47 @@ impl From<&Estimate> for EstimateRow {
 }
 
 impl Irradiance {
-    /// Runs the command.
+    /// Runs the command, which these arguments of the program named.
     ///
     /// # Errors
     /// If a file cannot be read or written, or options contradict each other.
-    pub fn run(&self) -> anyhow::Result<()> {
-        check_writable(&self.out)?;
-        if let Some(path) = &self.lighting.estimator.save_map {
-            check_writable(path)?;
-        }
-        let table = rays::load_as(&self.points, &rays::POINTS)?;
-        self.lighting.photons.run(|| self.estimate(&table))
+    pub fn run(&self, arguments: &[OsString]) -> anyhow::Result<()> {
+        self.run_with(arguments, None)
     }
 
-    fn estimate(&self, table: &rays::RayTable) -> anyhow::Result<()> {
+    /// Estimates from the sums of parts that this command shot, as one run of it does, and writes the files of a merge.
+    ///
+    /// # Errors
+    /// If a file cannot be read or written, or the parts are of another job.
+    pub fn finish(&mut self, outputs: &MergeOutputs, merged: Merged) -> anyhow::Result<()> {
+        outputs.check_out(Command::Irradiance, &["npy"])?;
+        outputs.refuse(Command::Irradiance, &["--values"])?;
+        self.out.clone_from(&outputs.out);
+        self.part = PartArguments::NONE;
+        self.lighting.estimator.load_map = None;
+        self.lighting.estimator.save_map.clone_from(&outputs.save_map);
+        if let Some(path) = &outputs.points {
+            self.points.clone_from(path);
+        }
+        if let Some(path) = &outputs.scene_file {
+            self.scene.move_to(path);
+        }
+        self.run_with(&[], Some(merged))
+    }
+
+    fn run_with(&self, arguments: &[OsString], merged: Option<Merged>) -> anyhow::Result<()> {
+        let files = [&self.out, &self.lighting.estimator.save_map, &self.part.part];
+        files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
+        let table = rays::load_as(&self.points, &rays::POINTS)?;
+        self.lighting.photons.run(|| self.estimate(&table, arguments, merged))
+    }
+
+    fn estimate(
+        &self,
+        table: &rays::RayTable,
+        arguments: &[OsString],
+        merged: Option<Merged>,
+    ) -> anyhow::Result<()> {
         let lit = LitScene::load(&self.scene, &self.lighting)?;
         // 1. Receivers: the rows that are valid.
         let points = table.points(lit.model.origin);
@@ -81,29 +120,65 @@ impl Irradiance {
         report_refused(&points, &receivers);
         let valid: Vec<Receiver> = receivers.iter().copied().flatten().collect();
 
-        // 2. Estimates.
+        lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
+            let estimator = self.lighting.estimator.resolve(source, KernelName::Constant)?;
+            let places = vec![("points", described(&valid))];
+            let own = (source, &estimator);
+            let job = || lit.job(Command::Irradiance, &self.lighting, own, 1, places);
+            if self.part.part.is_some() {
+                let work = PartWork {
+                    job: job()?,
+                    arguments: recorded(arguments)?,
+                    index: lit.index_name,
+                    shoot: &|photons, progress| {
+                        let source = PhotonSource { photons, ..source.clone() };
+                        Ok(PartSums::Light(harvest(source, &estimator, &lit, &valid, progress)?))
+                    },
+                };
+                return work.write_part(&self.part);
+            }
+            let harvest = match merged {
+                None => None,
+                Some(merged) => {
+                    let mut sums = merged.light(&job()?)?;
+                    Some(sums.take(0).context("the parts have no photons")?.all)
+                }
+            };
+            self.write(&lit, own, &receivers, &valid, harvest)
+        })
+    }
+
+    /// Estimates from photons that are shot, or from what photons left behind, and writes the estimates.
+    fn write(
+        &self,
+        lit: &LitScene,
+        (source, estimator): (&PhotonSource<'_>, &Estimator),
+        receivers: &[Option<Receiver>],
+        valid: &[Receiver],
+        harvest: Option<Harvest>,
+    ) -> anyhow::Result<()> {
+        // 1. Estimates.
         let start = Instant::now();
-        let (estimates, Work { balance, bytes: memory, .. }, estimator) =
-            lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
-                let estimator = self.lighting.estimator.resolve(source, KernelName::Constant)?;
-                let field = lit.field(source, &estimator, &self.lighting.estimator)?;
-                let bar = photon_bar(self.lighting.photons.photons, "estimating");
-                let (estimates, work) = field.estimates(&valid, &|some| bar.inc(some), &|_| {})?;
-                bar.finish_and_clear();
-                Ok((estimates, work, estimator))
-            })?;
+        let field = lit.field(source, estimator, &self.lighting.estimator, harvest)?;
+        let bar = photon_bar(self.lighting.photons.photons, "estimating");
+        let (estimates, work) = field.estimates(valid, &|some| bar.inc(some), &|_| {})?;
+        field.check_used()?;
+        bar.finish_and_clear();
+        let Work { balance, bytes: memory, .. } = work;
         let seconds = start.elapsed().as_secs_f64();
 
-        // 3. Rows in the order of the points.
+        // 2. Rows in the order of the points.
         let mut next = estimates.iter();
         let mut row = |receiver: &Option<Receiver>| {
             let estimate = receiver.as_ref().and_then(|_| next.next());
             EstimateRow::from(estimate.unwrap_or(&Estimate::default()))
         };
         let rows: Vec<EstimateRow> = receivers.iter().map(&mut row).collect();
-        write_npy(&self.out, &[rows.len()], &rows)?;
+        if let Some(path) = &self.out {
+            write_npy(path, &[rows.len()], &rows)?;
+        }
 
-        // 4. Summary.
+        // 3. Summary.
         print_balance(&balance);
         let empty = estimates.iter().filter(|estimate| estimate.count == 0).count();
         if empty > 0 {
@@ -113,16 +188,65 @@ impl Irradiance {
             );
         }
         say!(
-            "{} points, radius {:.4}, {}; {}, {} estimates/s -> {}",
+            "{} points, radius {:.4}, {}; {}, {} estimates/s{}",
             count(rows.len() as u64),
             estimator.radius(),
             bytes(memory),
             duration(seconds),
             count((estimates.len() as f64 / seconds) as u64),
-            self.out.display()
+            arrow_to(self.out.as_deref())
         );
+        say!("digest of {} estimates: {}", count(rows.len() as u64), digest(&rows));
         Ok(())
     }
+}
+
+/// Shoots the photons of a source and keeps what they leave behind for estimates at receivers.
+fn harvest(
+    source: PhotonSource<'_>,
+    estimator: &Estimator,
+    lit: &LitScene,
+    receivers: &[Receiver],
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<LightSums, EstimatorError> {
+    let photons = source.photons.clone();
+    let all = match *estimator {
+        Estimator::PhotonMap(..) => Harvest::of_hits(&source, &progress)?,
+        Estimator::TangentPlane(plane) => {
+            let field = LightField::keeping(source, plane, lit.disc_kind)?;
+            field.estimates(receivers, &progress, &|_| {})?;
+            field.into_harvest()
+        }
+    };
+    Ok(LightSums::of(LightPiece { pass: 0, photons, all, direct: None }))
+}
+
+/// Says by number and digest which points there are.
+fn described(receivers: &[Receiver]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for receiver in receivers {
+        for x in receiver.position().to_array() {
+            hasher.update(&x.to_bits().to_le_bytes());
+        }
+        for bits in receiver.normal_bits() {
+            hasher.update(&bits.to_le_bytes());
+        }
+    }
+    let digest = Digest(*hasher.finalize().as_bytes());
+    format!("of digest {digest} ({} valid)", count(receivers.len() as u64))
+}
+
+/// Hashes the estimates, as they are in the file.
+fn digest(rows: &[EstimateRow]) -> Digest {
+    let mut hasher = blake3::Hasher::new();
+    for EstimateRow { irradiance, count, radius, standard_error } in rows {
+        let [red, green, blue] = irradiance.map(f32::to_bits);
+        let words = [red, green, blue, *count, radius.to_bits(), standard_error.to_bits()];
+        for word in words {
+            hasher.update(&word.to_le_bytes());
+        }
+    }
+    Digest(*hasher.finalize().as_bytes())
 }
 
 /// Warns of points that are not valid: how many there are, and the first one.

@@ -1,5 +1,6 @@
 //! Scene with its lights and an index, for commands that estimate irradiance.
 
+use anyhow::Context;
 use arboleda::{IndexKind, OwnedIndex};
 use clap::Args;
 
@@ -11,7 +12,8 @@ use super::output::{count, say};
 use crate::Threads;
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
-use crate::density::{Estimator, LightField, PhotonMap, PhotonSource};
+use crate::density::{Estimator, Harvest, Light, LightField, PhotonMap, PhotonSource};
+use crate::parts::{Command, Job};
 use crate::photon::Balance;
 use crate::scene::Model;
 
@@ -34,6 +36,8 @@ pub struct LightingArguments {
 pub struct LitScene {
     pub model: Model,
     pub index: OwnedIndex,
+    /// Name of the index.
+    pub index_name: &'static str,
     /// Kind of the index over discs: the one that was named, else the fastest.
     pub disc_kind: IndexKind,
 }
@@ -57,7 +61,7 @@ impl LitScene {
         let kind = index.kind(&view, &options)?;
         let owned = build_index(kind, &view, &options, &Threads::default())?;
         let disc_kind = index.named().unwrap_or(IndexKind::WideBvh);
-        Ok(Self { index: owned.into_index(), disc_kind, model })
+        Ok(Self { index: owned.into_index(), index_name: kind.name(), disc_kind, model })
     }
 
     /// Runs work with the source of the photons.
@@ -73,7 +77,36 @@ impl LitScene {
         work(&PhotonSource { bounces: estimator.bounces(), ..source })
     }
 
-    /// Prepares the light of a source, with a progress bar: loads a photon map or makes it, and saves it.
+    /// Makes the job of a command that estimates in the light of the source, of all its passes. `options` are what its
+    /// estimates depend on beside its photons and its estimator.
+    ///
+    /// # Errors
+    /// If there are too many photons to have numbers.
+    pub fn job(
+        &self,
+        command: Command,
+        lighting: &LightingArguments,
+        (source, estimator): (&PhotonSource<'_>, &Estimator),
+        passes: u32,
+        options: Vec<(&str, String)>,
+    ) -> anyhow::Result<Job> {
+        let photons = lighting.photons.photons.checked_mul(passes.into());
+        let mut all = lighting.estimator.described(estimator);
+        all.extend(options.into_iter().map(|(name, value)| (name.to_owned(), value)));
+        Ok(Job {
+            command,
+            model: *self.model.digest().as_bytes(),
+            triangles: self.model.triangles.len() as u64,
+            photons: photons.context("--passes times --photons is beyond 64 bits")?,
+            passes,
+            seed: source.seed,
+            max_bounces: source.max_bounces,
+            options: all,
+        })
+    }
+
+    /// Prepares the light of a source, with a progress bar: from what photons left behind, from a photon map that it
+    /// loads, or it shoots the photons. Saves the photon map.
     ///
     /// # Errors
     /// If the photon map cannot be made, read or written.
@@ -82,11 +115,16 @@ impl LitScene {
         source: &PhotonSource<'s>,
         estimator: &Estimator,
         arguments: &EstimatorArguments,
+        harvest: Option<Harvest>,
     ) -> anyhow::Result<LightField<'s>> {
-        let given = self.load_map(arguments)?;
+        let light = match (harvest, self.load_map(arguments)?) {
+            (Some(harvest), _) => Light::Harvest(harvest),
+            (None, Some(map)) => Light::Map(map),
+            (None, None) => Light::Shot,
+        };
         let bar = photon_bar(source.photons.end - source.photons.start, "photon map");
         let progress = |photons| bar.inc(photons);
-        let field = LightField::new(source.clone(), *estimator, self.disc_kind, given, &progress)?;
+        let field = LightField::new(source.clone(), *estimator, self.disc_kind, light, &progress)?;
         bar.finish_and_clear();
         if let Some(map) = field.map() {
             self.save_map(map, arguments)?;

@@ -10,10 +10,10 @@ mod demo;
 mod inspect;
 mod irradiance;
 mod lit_scene;
-mod merge;
 mod output;
 mod pack;
 mod paper;
+mod parts;
 mod render;
 mod separation;
 mod shoot;
@@ -22,6 +22,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -46,12 +47,12 @@ struct CommandLine {
 // The doc comment of each command's type is its help. A doc comment on a variant would replace it.
 #[derive(Subcommand)]
 enum Command {
-    Shoot(shoot::Shoot),
-    Merge(merge::Merge),
+    Shoot(Box<shoot::Shoot>),
+    Merge(Box<parts::Merge>),
     Inspect(inspect::Inspect),
     Pack(pack::Pack),
     Cast(cast::Cast),
-    Irradiance(irradiance::Irradiance),
+    Irradiance(Box<irradiance::Irradiance>),
     Render(Box<render::Render>),
     Compare(compare::Compare),
     Paper(paper::Paper),
@@ -59,7 +60,8 @@ enum Command {
 }
 
 impl CommandLine {
-    fn run(&self) -> anyhow::Result<()> {
+    /// Runs the command that these arguments named.
+    fn run(&self, arguments: &[OsString]) -> anyhow::Result<()> {
         match &self.command {
             None => self.demo.run(),
             Some(Command::Shoot(shoot)) => shoot.run(),
@@ -67,8 +69,8 @@ impl CommandLine {
             Some(Command::Inspect(inspect)) => inspect.run(),
             Some(Command::Pack(pack)) => pack.run(),
             Some(Command::Cast(cast)) => cast.run(),
-            Some(Command::Irradiance(irradiance)) => irradiance.run(),
-            Some(Command::Render(render)) => render.run(),
+            Some(Command::Irradiance(irradiance)) => irradiance.run(arguments),
+            Some(Command::Render(render)) => render.run(arguments),
             Some(Command::Compare(compare)) => compare.run(),
             Some(Command::Paper(paper)) => paper.run(),
             Some(Command::Separation(separation)) => separation.run(),
@@ -78,7 +80,8 @@ impl CommandLine {
 
 /// Runs the command that the arguments name, and prints its error. The first argument is the program's name.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let line = match parse(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let line = match parse(&arguments) {
         Ok(line) => line,
         // Help and version are such answers too. Printing fails if stdout is a full device.
         Err(answer) => {
@@ -88,7 +91,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     let level = if line.quiet { LevelFilter::Off } else { LevelFilter::Info };
     speak_from(level);
-    match line.run() {
+    match line.run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", message(&error));
@@ -97,7 +100,18 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<CommandLine, clap::Error> {
+/// Reads the command that arguments named when a part was shot.
+///
+/// # Errors
+/// If they are not those of a command of this program.
+fn parse_recorded(arguments: &[String]) -> anyhow::Result<Command> {
+    let arguments: Vec<OsString> = arguments.iter().map(OsString::from).collect();
+    let line =
+        parse(&arguments).context("the part names arguments that this program does not have")?;
+    line.command.context("the part names no command")
+}
+
+fn parse(arguments: &[OsString]) -> Result<CommandLine, clap::Error> {
     let mut command = with_negative_values(CommandLine::command());
     let matches = command.try_get_matches_from_mut(arguments)?;
     if let Some((argument, name)) = misplaced_argument(&command, &matches) {

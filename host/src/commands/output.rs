@@ -1,6 +1,7 @@
 //! Formatting and printing of results: numbers, tables, lines.
 
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 
 use comfy_table::Table;
 
@@ -67,4 +68,9 @@ pub fn duration(seconds: f64) -> String {
     } else {
         format!("{seconds:.2} s")
     }
+}
+
+/// Writes where a result went: ` -> FILE`, or nothing.
+pub fn arrow_to(path: Option<&Path>) -> String {
+    path.map(|path| format!(" -> {}", path.display())).unwrap_or_default()
 }

@@ -1,5 +1,6 @@
 //! `arboleda render`: a picture of a scene by photons.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
@@ -9,17 +10,20 @@ use indicatif::ProgressBar;
 
 use super::arguments::SceneArguments;
 use super::arguments::estimator::KernelName;
+use super::arguments::part::PartArguments;
 use super::arguments::values::{PIXELS, file_ending_in, number, whole};
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
-use super::output::{bytes, count, duration, say};
+use super::output::{arrow_to, bytes, count, duration, say};
+use super::parts::{MergeOutputs, Merged, PartWork, recorded};
 use crate::bench::progress::{count_bar, photon_bar, together};
 use crate::density::{
     Bounces, Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius,
 };
 use crate::files::output::check_writable;
+use crate::parts::{Command, Job, PartSums};
 use crate::render::{
-    Film, Look, Passes, Progress, Quantity, Range, Sampling, Summary, Unit, paint, render,
-    viewpoint, write_values,
+    Film, Look, Passes, PictureLight, Progress, Quantity, Range, Sampling, Summary, Unit, paint,
+    render, viewpoint, write_values,
 };
 use crate::report::{Camera, short_number};
 
@@ -33,11 +37,12 @@ pub struct Render {
     #[command(flatten)]
     scene: SceneArguments,
     /// Write the picture
-    #[arg(long, short, value_name = "PICTURE.png", value_parser = file_ending_in(&["png"]))]
-    out: PathBuf,
+    #[arg(long, short, value_name = "PICTURE.png", value_parser = file_ending_in(&["png"]),
+        required_unless_present = "part", conflicts_with = "part")]
+    out: Option<PathBuf>,
     /// Write the values of the pixels: .exr with radiance, irradiance, count, radius, depth.Z, triangle and stderr;
     /// .pfm with three values of the quantity
-    #[arg(long, value_name = "OUT.exr|pfm", value_parser = file_ending_in(&["exr", "pfm"]))]
+    #[arg(long, value_name = "OUT.exr|pfm", value_parser = file_ending_in(&["exr", "pfm"]), conflicts_with = "part")]
     values: Option<PathBuf>,
     /// Width and height in pixels, 64 to 8192
     #[arg(long, value_names = ["WIDTH", "HEIGHT"], num_args = 2, default_values_t = [1280, 900],
@@ -85,6 +90,8 @@ pub struct Render {
     #[arg(long, value_name = "P", default_value_t = 1, value_parser = whole::<u32>(1..=1_000_000))]
     passes: u32,
     #[command(flatten)]
+    part: PartArguments,
+    #[command(flatten)]
     lighting: LightingArguments,
 }
 
@@ -125,50 +132,102 @@ fn vector(text: &str) -> Result<[f64; 3], String> {
 }
 
 impl Render {
-    /// Runs the command.
+    /// Runs the command, which these arguments of the program named.
     ///
     /// # Errors
     /// If the scene cannot be loaded, a file cannot be written, or options contradict each other.
-    pub fn run(&self) -> anyhow::Result<()> {
-        let files =
-            [Some(&self.out), self.values.as_ref(), self.lighting.estimator.save_map.as_ref()];
+    pub fn run(&self, arguments: &[OsString]) -> anyhow::Result<()> {
+        self.run_with(arguments, None)
+    }
+
+    /// Makes the picture of the sums of parts that this command shot, as one run of it does, and writes the files of a
+    /// merge.
+    ///
+    /// # Errors
+    /// If a file cannot be read or written, or the parts are of another job.
+    pub fn finish(&mut self, outputs: &MergeOutputs, merged: Merged) -> anyhow::Result<()> {
+        outputs.check_out(Command::Render, &["png"])?;
+        outputs.refuse(Command::Render, &["--points"])?;
+        self.out.clone_from(&outputs.out);
+        self.values.clone_from(&outputs.values);
+        self.part = PartArguments::NONE;
+        self.lighting.estimator.load_map = None;
+        self.lighting.estimator.save_map.clone_from(&outputs.save_map);
+        if let Some(path) = &outputs.scene_file {
+            self.scene.move_to(path);
+        }
+        self.run_with(&[], Some(merged))
+    }
+
+    fn run_with(&self, arguments: &[OsString], merged: Option<Merged>) -> anyhow::Result<()> {
+        let map = &self.lighting.estimator.save_map;
+        let files = [&self.out, &self.values, map, &self.part.part];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
         ensure!(
             self.final_gather.is_none() || self.lighting.estimator.bounces() == Bounces::All,
             "--final-gather shows all light: it cannot be used with --bounces"
         );
-        self.lighting.photons.run(|| self.picture())
+        self.lighting.photons.run(|| self.picture(arguments, merged))
     }
 
-    fn picture(&self) -> anyhow::Result<()> {
+    fn picture(&self, arguments: &[OsString], merged: Option<Merged>) -> anyhow::Result<()> {
         let lit = LitScene::load(&self.scene, &self.lighting)?;
-        let look = self.look();
-        let (film, summary, estimator) =
-            lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
-                let estimator =
-                    self.lighting.estimator.resolve(source, KernelName::Epanechnikov)?;
-                let map = lit.load_map(&self.lighting.estimator)?;
-                let passes = Passes {
-                    source: source.clone(),
-                    estimator,
-                    disc_kind: lit.disc_kind,
-                    map,
-                    camera: self.camera(source)?,
-                    sampling: self.sampling(source, &estimator),
-                    final_gather: self.final_gather.unwrap_or(0),
-                    passes: self.passes,
+        lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
+            let estimator = self.lighting.estimator.resolve(source, KernelName::Epanechnikov)?;
+            let mut passes = Passes {
+                source: source.clone(),
+                estimator,
+                disc_kind: lit.disc_kind,
+                light: PictureLight::Shot,
+                camera: self.camera(source)?,
+                sampling: self.sampling(source, &estimator),
+                final_gather: self.final_gather.unwrap_or(0),
+                passes: self.passes,
+            };
+            if self.part.part.is_some() {
+                let work = PartWork {
+                    job: self.job(&lit, &passes)?,
+                    arguments: recorded(arguments)?,
+                    index: lit.index_name,
+                    shoot: &|photons, progress| {
+                        Ok(PartSums::Light(passes.harvest(&photons, &progress)?))
+                    },
                 };
-                let total = self.lighting.photons.photons.saturating_mul(self.passes.into());
-                let [photons, estimates] =
-                    together([photon_bar(total, "photons"), count_bar("estimates")]);
-                let listener = Listener { render: self, lit: &lit, look, photons, estimates };
-                let (film, summary) = render(passes, &listener)?;
-                listener.photons.finish_and_clear();
-                listener.estimates.finish_and_clear();
-                Ok((film, summary, estimator))
-            })?;
+                return work.write_part(&self.part);
+            }
+            passes.light = match (merged, lit.load_map(&self.lighting.estimator)?) {
+                (Some(merged), _) => PictureLight::Sums(merged.light(&self.job(&lit, &passes)?)?),
+                (None, Some(map)) => PictureLight::Map(map),
+                (None, None) => PictureLight::Shot,
+            };
+            self.paint(&lit, passes)
+        })
+    }
+
+    /// Renders the passes, and writes their picture.
+    fn paint(&self, lit: &LitScene, passes: Passes<'_>) -> anyhow::Result<()> {
+        let (look, estimator) = (self.look(), passes.estimator);
+        let total = self.lighting.photons.photons.saturating_mul(self.passes.into());
+        let [photons, estimates] = together([photon_bar(total, "photons"), count_bar("estimates")]);
+        let listener = Listener { render: self, lit, look, photons, estimates };
+        let (film, summary) = render(passes, &listener)?;
+        listener.photons.finish_and_clear();
+        listener.estimates.finish_and_clear();
         self.summarise(&film, &look, &summary, &estimator);
         Ok(())
+    }
+
+    /// Makes the job of all passes.
+    fn job(&self, lit: &LitScene, passes: &Passes<'_>) -> anyhow::Result<Job> {
+        let (width, height) = passes.camera.size();
+        let options = vec![
+            ("--size", format!("{width} x {height}")),
+            ("the camera", passes.camera.described()),
+            ("--samples", self.samples.to_string()),
+            ("--final-gather", passes.final_gather.to_string()),
+        ];
+        let own = (&passes.source, &passes.estimator);
+        lit.job(Command::Render, &self.lighting, own, self.passes, options)
     }
 
     fn look(&self) -> Look {
@@ -235,7 +294,7 @@ impl Render {
         let rate = |number: u64, seconds: f64| count((number as f64 / seconds.max(1e-9)) as u64);
         let by_map = summary.estimate_seconds > 0.0;
         say!(
-            "{} photons/s, {} estimates/s, {} primary rays, {}, {} -> {}",
+            "{} photons/s, {} estimates/s, {} primary rays, {}, {}{}",
             rate(summary.photons_shot, summary.photon_seconds),
             rate(
                 summary.estimates,
@@ -244,12 +303,15 @@ impl Render {
             count(summary.primary_rays),
             bytes(summary.bytes),
             duration(summary.seconds),
-            self.out.display()
+            arrow_to(self.out.as_deref())
         );
+        say!("digest of {} pixels: {}", count(film.pixels().len() as u64), film.digest());
     }
 
     fn write(&self, film: &Film, look: &Look) -> anyhow::Result<()> {
-        paint(film, look).save(&self.out)?;
+        if let Some(path) = &self.out {
+            paint(film, look).save(path)?;
+        }
         match &self.values {
             Some(path) => write_values(path, film, look),
             None => Ok(()),
@@ -286,7 +348,8 @@ impl Progress for Listener<'_> {
         self.render.write(film, &self.look)?;
         let (all, seconds) = (self.render.passes, duration(summary.seconds));
         if all > 1 {
-            log::info!("pass {passes} of {all}, {seconds}: {}", self.render.out.display());
+            let file = arrow_to(self.render.out.as_deref());
+            log::info!("pass {passes} of {all}, {seconds}{file}");
         }
         Ok(())
     }

@@ -5,6 +5,8 @@
 
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
 /// Irradiance at a point, estimated from photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
@@ -48,7 +50,7 @@ fn steps(weight: f64) -> u64 {
 }
 
 /// Sums over the photons of an estimate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sums {
     count: u32,
     weights: [u64; 3],
@@ -60,7 +62,7 @@ impl Sums {
     /// Adds a photon: its weights of red, green and blue, and that of the kernel.
     #[inline]
     pub fn add(&mut self, weights: [f32; 3], kernel: f64) {
-        self.count += 1;
+        self.count = self.count.saturating_add(1);
         if weights == [1.0; 3] {
             // The usual case, with a third of the work.
             let sum = steps(kernel);
@@ -74,6 +76,15 @@ impl Sums {
             *sum = sum.saturating_add(steps(weight));
         }
         self.squares = self.squares.saturating_add(steps(mean * mean));
+    }
+
+    /// Adds the sums over other photons. What reaches the largest number stays there, in whatever order sums are added.
+    pub fn join(&mut self, other: &Self) {
+        self.count = self.count.saturating_add(other.count);
+        for (sum, other) in self.weights.iter_mut().zip(other.weights) {
+            *sum = sum.saturating_add(other);
+        }
+        self.squares = self.squares.saturating_add(other.squares);
     }
 
     /// Returns the number of photons.

@@ -1,16 +1,9 @@
-//! Estimator of irradiance: a method with its options, and the estimates at many receivers.
+//! Estimator of irradiance: a method with its options.
 
-use arboleda::{IndexKind, RayIndex};
-use rayon::prelude::*;
 use thiserror::Error;
 
-use super::estimate::Estimate;
-use super::photon_map::{Gather, MapError, MapEstimator, PhotonMap};
-use super::receiver::Receiver;
-use super::source::PhotonSource;
-use super::tangent_plane::{DiscError, Discs, Domain, TangentPlane};
-use super::visible::Fan;
-use crate::photon::Balance;
+use super::photon_map::{Gather, MapError, MapEstimator};
+use super::tangent_plane::{DiscError, Domain, TangentPlane};
 
 /// Method of estimating irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +35,9 @@ pub enum EstimatorError {
     /// The discs cannot be made.
     #[error(transparent)]
     Disc(#[from] DiscError),
+    /// Photons left sums behind at other receivers.
+    #[error("the parts have sums of other points")]
+    OtherReceivers,
 }
 
 impl Estimator {
@@ -111,132 +107,6 @@ impl Estimator {
         match *self {
             Self::PhotonMap(MapEstimator { gather: Gather::Nearest { k, .. }, .. }, _) => k as u32,
             _ => 8,
-        }
-    }
-}
-
-/// Light of a scene, ready for estimates: a photon map, or photons to be streamed.
-pub struct LightField<'s> {
-    estimator: Estimator,
-    source: PhotonSource<'s>,
-    /// Kind of the index over the discs.
-    disc_kind: IndexKind,
-    map: Option<PhotonMap>,
-    fan: Fan,
-}
-
-impl<'s> LightField<'s> {
-    /// Prepares the light of a source, in the caller's pool: a photon map is made, unless it is `given`; for DETP
-    /// nothing is done yet.
-    ///
-    /// `progress` is called from any thread with numbers of photons.
-    ///
-    /// # Errors
-    /// [`EstimatorError`].
-    pub fn new(
-        source: PhotonSource<'s>,
-        estimator: Estimator,
-        disc_kind: IndexKind,
-        given: Option<PhotonMap>,
-        progress: &(impl Fn(u64) + Sync),
-    ) -> Result<Self, EstimatorError> {
-        estimator.check()?;
-        let map = match (estimator, given) {
-            (Estimator::TangentPlane(_), _) => None,
-            (_, Some(map)) => Some(map),
-            (Estimator::PhotonMap(..), None) => Some(PhotonMap::shoot(&source, progress)?),
-        };
-        Ok(Self { estimator, source, disc_kind, map, fan: Fan::default() })
-    }
-
-    /// Returns the photon map, if there is one.
-    pub fn map(&self) -> Option<&PhotonMap> {
-        self.map.as_ref()
-    }
-
-    /// Returns the source of the photons.
-    pub fn source(&self) -> &PhotonSource<'s> {
-        &self.source
-    }
-
-    /// Returns the kind of the index over discs.
-    pub fn disc_kind(&self) -> IndexKind {
-        self.disc_kind
-    }
-
-    /// Returns the estimator.
-    pub fn estimator(&self) -> &Estimator {
-        &self.estimator
-    }
-
-    /// Estimates the irradiance at receivers, in their order, in the caller's pool.
-    ///
-    /// `photons` is called with numbers of photons that were streamed, `estimates` with numbers of estimates, both from
-    /// any thread.
-    ///
-    /// # Errors
-    /// [`EstimatorError::Disc`].
-    pub fn estimates(
-        &self,
-        receivers: &[Receiver],
-        photons: &(impl Fn(u64) + Sync),
-        estimates: &(impl Fn(u64) + Sync),
-    ) -> Result<(Vec<Estimate>, Work), EstimatorError> {
-        /// Receivers between two calls of `estimates`.
-        const SOME: usize = 1024;
-        match (&self.estimator, &self.map) {
-            (Estimator::PhotonMap(estimator, domain), Some(map)) => {
-                let scene: &(dyn RayIndex + Sync) = self.source.index;
-                let of_some = |some: &[Receiver]| {
-                    let mut found = Vec::new();
-                    let mut estimate = |receiver: &Receiver| {
-                        let radius = f64::from(self.estimator.radius());
-                        let polygon = (*domain == Domain::Visible)
-                            .then(|| self.fan.polygon(receiver, radius, 0.0, scene));
-                        estimator.estimate(map, receiver, polygon.as_ref(), &mut found)
-                    };
-                    let some: Vec<Estimate> = some.iter().map(&mut estimate).collect();
-                    estimates(some.len() as u64);
-                    some
-                };
-                let all = receivers.par_chunks(SOME).flat_map_iter(of_some).collect();
-                Ok((all, Work { balance: *map.balance(), streamed: 0, bytes: map.bytes() }))
-            }
-            (Estimator::TangentPlane(options), _) => {
-                let (kind, scene) = (self.disc_kind, self.source.index);
-                let mut discs = Discs::new(receivers, options, kind, scene, &self.fan)?;
-                let balance = discs.count(&self.source, photons);
-                let flux = balance.photon_flux();
-                let all = (0..receivers.len()).into_par_iter().map(|at| discs.estimate(at, flux));
-                let all = all.collect();
-                estimates(receivers.len() as u64);
-                Ok((all, Work { balance, streamed: balance.emitted, bytes: discs.bytes() }))
-            }
-            // A photon map is made with the field.
-            (Estimator::PhotonMap(..), None) => Ok((Vec::new(), Work::default())),
-        }
-    }
-}
-
-/// Work of estimates: the photons behind them, and the memory that they took.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Work {
-    /// Ends of the photons.
-    pub balance: Balance,
-    /// Photons that were streamed for these estimates; 0 with a photon map.
-    pub streamed: u64,
-    /// Bytes of the photon map, or of the discs and their index.
-    pub bytes: usize,
-}
-
-impl Work {
-    /// Returns the work of these estimates and of others with the same photons, one after the other.
-    #[must_use]
-    pub fn and(&self, other: &Self) -> Self {
-        Self {
-            balance: other.balance,
-            streamed: self.streamed + other.streamed,
-            bytes: self.bytes.max(other.bytes),
         }
     }
 }

@@ -14,7 +14,9 @@ mod estimate;
 mod estimator;
 #[cfg(test)]
 pub(crate) mod fixtures;
+mod harvest;
 mod kernel;
+mod light_field;
 mod photon_map;
 mod radius;
 mod receiver;
@@ -25,9 +27,13 @@ mod visible;
 
 pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
-pub use estimator::{Estimator, EstimatorError, LightField, Work};
+pub use estimator::{Estimator, EstimatorError};
+pub use harvest::{Harvest, LightPiece, LightSums};
 pub use kernel::Kernel;
-pub use photon_map::{Facing, Found, Gather, MapError, MapEstimator, Neighbourhood, PhotonMap};
+pub use light_field::{Light, LightField, Work};
+pub use photon_map::{
+    Deposits, Facing, Found, Gather, MapError, MapEstimator, Neighbourhood, PhotonMap,
+};
 pub use radius::{automatic_radius, wanted_photons};
 pub use receiver::Receiver;
 pub use source::{Bounces, PhotonSource};

@@ -28,10 +28,7 @@ mod wave;
 
 pub use emission::{Emission, Emitter};
 pub use random::{PhotonRandom, philox4x32};
-pub use shot::{
-    Balance, Counting, Digest, Job, JobPart, Overlap, PartFile, RangeSums, ShootOptions, Shot,
-    missing, shoot, shoot_part,
-};
+pub use shot::{Balance, Counting, Digest, RangeSums, ShootOptions, Shot, shoot, shoot_range};
 pub use stream::CHUNK;
 pub(crate) use stream::{Visitor, stream};
 pub use surface::Side;

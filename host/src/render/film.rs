@@ -2,6 +2,7 @@
 
 use super::samples::{Glow, PixelShare};
 use crate::density::Estimate;
+use crate::photon::Digest;
 
 /// Values of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -80,6 +81,21 @@ impl Film {
     /// Returns the pixels, row by row.
     pub fn pixels(&self) -> &[Pixel] {
         &self.pixels
+    }
+
+    /// Hashes the values of the pixels.
+    pub fn digest(&self) -> Digest {
+        let mut hasher = blake3::Hasher::new();
+        for pixel in &self.pixels {
+            let Pixel { irradiance, reflected, emitted, .. } = pixel;
+            let Pixel { standard_error, coverage, count, radius, depth, triangle, .. } = *pixel;
+            let colours = irradiance.iter().chain(reflected).chain(emitted).copied();
+            let floats = colours.chain([standard_error, coverage, radius, depth]);
+            for word in floats.map(f32::to_bits).chain([count, triangle]) {
+                hasher.update(&word.to_le_bytes());
+            }
+        }
+        Digest(*hasher.finalize().as_bytes())
     }
 
     /// Adds an estimate to a `part` of a pixel, with the radiance that the surface reflects.

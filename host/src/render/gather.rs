@@ -53,23 +53,21 @@ struct Gathered {
 }
 
 impl<'s> Gathering<'s> {
-    /// Prepares gathering by `rays` rays a point, 2 or more, in the light of a field. `point` is the number of the
+    /// Prepares gathering by `rays` rays a point, 2 or more, in a field of direct light. `point` is the number of the
     /// first point.
-    ///
-    /// # Errors
-    /// [`EstimatorError`].
-    pub fn new(
-        field: &LightField<'s>,
-        rays: u32,
-        point: u64,
-        progress: &(impl Fn(u64) + Sync),
-    ) -> Result<Self, EstimatorError> {
-        // Paths end at their first hit, because later segments do not count.
-        let bounces = Bounces::Direct;
-        let source = PhotonSource { bounces, max_bounces: 0, ..field.source().clone() };
-        let direct =
-            LightField::new(source, *field.estimator(), field.disc_kind(), None, progress)?;
-        Ok(Self { direct, rays, next: point })
+    pub fn new(direct: LightField<'s>, rays: u32, point: u64) -> Self {
+        Self { direct, rays, next: point }
+    }
+
+    /// Returns the source of direct light, of the photons of a source. Their paths end at their first hit, because
+    /// later segments do not count.
+    pub fn direct(source: &PhotonSource<'s>) -> PhotonSource<'s> {
+        PhotonSource { bounces: Bounces::Direct, max_bounces: 0, ..source.clone() }
+    }
+
+    /// Returns the field of direct light.
+    pub fn into_direct(self) -> LightField<'s> {
+        self.direct
     }
 
     /// Estimates the irradiance at the next points of the picture, in their order, in the caller's pool. `field` is the

@@ -12,6 +12,7 @@
 mod batch;
 mod film;
 mod gather;
+mod harvest;
 mod output;
 mod passes;
 mod samples;
@@ -22,7 +23,7 @@ mod viewpoint;
 
 pub use film::{Film, Pixel};
 pub use output::{Look, Quantity, Range, Unit, exposure_of, paint, to_srgb, write_values};
-pub use passes::{Passes, Progress, RenderError, Summary, render};
+pub use passes::{Passes, PictureLight, Progress, RenderError, Summary, render};
 pub use samples::{PixelShare, Sampling, TileSamples};
 pub use snapshot::{Exposed, Snapshot};
 pub use viewpoint::viewpoint;

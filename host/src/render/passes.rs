@@ -20,7 +20,9 @@ use thiserror::Error;
 use super::film::Film;
 use super::gather::Gathering;
 use super::samples::{Glow, Sampling, TILE, TileSamples};
-use crate::density::{Estimator, EstimatorError, LightField, PhotonMap, PhotonSource};
+use crate::density::{
+    Estimator, EstimatorError, Light, LightField, LightPiece, LightSums, PhotonMap, PhotonSource,
+};
 use crate::photon::Balance;
 use crate::report::Camera;
 
@@ -37,8 +39,8 @@ pub struct Passes<'s> {
     pub estimator: Estimator,
     /// Kind of the index over discs.
     pub disc_kind: IndexKind,
-    /// Photon map of the first pass, if it is there already.
-    pub map: Option<PhotonMap>,
+    /// Where the light comes from.
+    pub light: PictureLight,
     /// Camera, and the size of the picture.
     pub camera: Camera,
     /// Rays of a pixel.
@@ -47,6 +49,69 @@ pub struct Passes<'s> {
     pub final_gather: u32,
     /// Number of passes.
     pub passes: u32,
+}
+
+/// Where the light of a picture comes from.
+pub enum PictureLight {
+    /// Photons are shot.
+    Shot,
+    /// A photon map of the first pass; photons of the others are shot.
+    Map(PhotonMap),
+    /// What the photons of all passes left behind.
+    Sums(LightSums),
+}
+
+impl PictureLight {
+    /// Takes the light of a pass, and for final gathering its direct light.
+    fn of_pass(&mut self, number: u32) -> Result<[Light; 2], EstimatorError> {
+        let light = match self {
+            Self::Sums(sums) => {
+                let piece = sums.take(number).ok_or(EstimatorError::OtherReceivers)?;
+                let LightPiece { all, direct, .. } = piece;
+                return Ok([Light::Harvest(all), Light::Harvest(direct.unwrap_or_default())]);
+            }
+            other => std::mem::replace(other, Self::Shot),
+        };
+        let light = match light {
+            Self::Map(map) => Light::Map(map),
+            _ => Light::Shot,
+        };
+        Ok([light, Light::Shot])
+    }
+}
+
+/// A pass: its photons and its estimator.
+pub(super) struct Pass<'s> {
+    pub number: u32,
+    pub source: PhotonSource<'s>,
+    pub estimator: Estimator,
+}
+
+impl<'s> Passes<'s> {
+    /// Lists the passes.
+    pub(super) fn each(&self) -> impl Iterator<Item = Pass<'s>> + use<'s> {
+        let (source, estimator) = (self.source.clone(), self.estimator);
+        let first = source.photons.start;
+        let per_pass = source.photons.end - first;
+        let mut area_share = 1.0;
+        (0..self.passes.max(1)).map(move |number| {
+            if number > 0 {
+                area_share *= (f64::from(number - 1) + KEPT) / f64::from(number);
+            }
+            let first = first.saturating_add(per_pass.saturating_mul(number.into()));
+            let photons = first..first.saturating_add(per_pass);
+            let source = PhotonSource { photons, ..source.clone() };
+            Pass { number, source, estimator: estimator.shrunk(area_share) }
+        })
+    }
+}
+
+impl Pass<'_> {
+    /// Number of the first point from which rays are gathered. Points of two passes have different numbers: a picture
+    /// has fewer than 2^32 points.
+    pub(super) fn first_point(&self) -> u64 {
+        u64::from(self.number) << 32
+    }
 }
 
 /// Listener to the progress of a picture. Its functions are called from any thread.
@@ -114,38 +179,32 @@ pub fn render(
     progress: &impl Progress,
 ) -> Result<(Film, Summary), RenderError> {
     let start = Instant::now();
-    let Passes { source, estimator, disc_kind, mut map, camera, sampling, final_gather, passes } =
-        passes;
+    let each = passes.each();
+    let Passes { source, disc_kind, mut light, camera, sampling, final_gather, .. } = passes;
     let (width, height) = camera.size();
-    let per_pass = source.photons.end - source.photons.start;
     let glow = Glow::of(source.model);
     let (mut mean, mut summary) = (Film::new(width, height), Summary::default());
-    let mut area_share = 1.0;
-    for pass in 0..passes.max(1) {
+    for pass in each {
         // 1. The photons and the discs of the pass.
-        if pass > 0 {
-            area_share *= (f64::from(pass - 1) + KEPT) / f64::from(pass);
-        }
-        let first = source.photons.start.saturating_add(per_pass.saturating_mul(pass.into()));
-        let photons = first..first.saturating_add(per_pass);
-        let source = PhotonSource { photons, ..source.clone() };
         let begun = Instant::now();
-        let estimator = estimator.shrunk(area_share);
-        let given = map.take();
-        let shot = if given.is_none() { per_pass } else { 0 };
-        let field =
-            LightField::new(source, estimator, disc_kind, given, &|some| progress.photons(some))?;
+        let per_pass = pass.source.photons.end - pass.source.photons.start;
+        let first_point = pass.first_point();
+        let Pass { number: pass, source, estimator } = pass;
+        let [all, direct] = light.of_pass(pass)?;
+        let of_light = |light: &Light| if matches!(light, Light::Shot) { per_pass } else { 0 };
+        let shot = [of_light(&all), of_light(&direct)];
+        let photons = |some| progress.photons(some);
+        let field = LightField::new(source, estimator, disc_kind, all, &photons)?;
         if let Some(map) = field.map() {
-            summary.photons_shot += shot;
+            summary.photons_shot += shot[0];
             progress.map(pass, map)?;
         }
         let mut gathering = None;
         if final_gather > 0 {
-            // Points of two passes have different numbers: a picture has fewer than 2^32 points.
-            let first = u64::from(pass) << 32;
-            let photons = |some| progress.photons(some);
-            gathering = Some(Gathering::new(&field, final_gather, first, &photons)?);
-            summary.photons_shot += if field.map().is_some() { per_pass } else { 0 };
+            let source = Gathering::direct(field.source());
+            let direct = LightField::new(source, estimator, disc_kind, direct, &photons)?;
+            summary.photons_shot += if field.map().is_some() { shot[1] } else { 0 };
+            gathering = Some(Gathering::new(direct, final_gather, first_point));
         }
         summary.photon_seconds += begun.elapsed().as_secs_f64();
 
@@ -188,6 +247,8 @@ pub fn render(
             }
         }
         film.finish();
+        field.check_used()?;
+        gathering.map_or(Ok(()), |gathering| gathering.into_direct().check_used())?;
 
         // 3. The mean of the passes.
         summary.balance.join(&balance);
@@ -203,7 +264,10 @@ pub fn render(
 }
 
 /// Divides the rows of tiles into bands of about [`RECEIVERS_AT_ONCE`] receivers: one a pixel, and half as many more.
-fn bands(camera: &Camera, sampling: Sampling) -> impl Iterator<Item = Range<u32>> + use<> {
+pub(super) fn bands(
+    camera: &Camera,
+    sampling: Sampling,
+) -> impl Iterator<Item = Range<u32>> + use<> {
     let (width, height) = camera.size();
     let tall = if sampling.side > 1 { 3 } else { 2 };
     let in_row = (width * TILE).saturating_mul(tall) / 2;

@@ -3,7 +3,7 @@
 use arboleda::{IndexKind, Options, Vec3};
 
 use super::film::Film;
-use super::passes::{Passes, Progress, Summary, render};
+use super::passes::{Passes, PictureLight, Progress, Summary, render};
 use super::samples::Sampling;
 use super::viewpoint::viewpoint;
 use crate::TimedIndex;
@@ -54,7 +54,7 @@ impl Snapshot {
             source,
             estimator: Estimator::TangentPlane(plane),
             disc_kind: kind,
-            map: None,
+            light: PictureLight::Shot,
             sampling: Sampling::of_radius(2, radius),
             final_gather: 0,
             passes: 1,

@@ -103,7 +103,7 @@ fn rendered(
             source,
             estimator,
             disc_kind,
-            map: None,
+            light: PictureLight::Shot,
             camera,
             sampling,
             final_gather,

@@ -44,6 +44,12 @@ impl Camera {
         Self { eye, right, up: upward, forward, width, height, tangent }
     }
 
+    /// Says in numbers where the camera is and what it sees; two cameras of equal pictures say the same.
+    pub fn described(&self) -> String {
+        let Self { eye, right, up, forward, tangent, .. } = self;
+        format!("at {eye} towards {forward}, up {up}, right {right}, tangent {tangent}")
+    }
+
     /// Places a camera at `eye` that looks at a point. The picture's width is `field_of_view` degrees, between 0 and
     /// 180. `None` if the point is at the eye or straight above or below it, or a number is not finite.
     pub fn at(

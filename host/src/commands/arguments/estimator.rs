@@ -47,10 +47,10 @@ pub struct EstimatorArguments {
     #[arg(long, value_enum, default_value_t = BouncesName::All)]
     bounces: BouncesName,
     /// Read the photons from a file that `--save-map` wrote, instead of shooting them
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "part")]
     pub load_map: Option<PathBuf>,
     /// Write the photon map, to use it again for the same scene
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "part")]
     pub save_map: Option<PathBuf>,
 }
 
@@ -117,6 +117,36 @@ impl EstimatorArguments {
             BouncesName::Direct => Bounces::Direct,
             BouncesName::Indirect => Bounces::Indirect,
         }
+    }
+
+    /// Lists what estimates depend on beside their photons, each with a name: an estimator that these arguments gave, and
+    /// the light that counts.
+    pub fn described(&self, estimator: &Estimator) -> Vec<(String, String)> {
+        let mut all: Vec<(&str, String)> = Vec::new();
+        let (kernel, domain) = match estimator {
+            Estimator::TangentPlane(plane) => {
+                all.push(("the estimator", "detp".to_owned()));
+                all.push(("radius", plane.radius.to_string()));
+                all.push(("--beyond", plane.beyond.to_string()));
+                (plane.kernel, plane.domain)
+            }
+            Estimator::PhotonMap(MapEstimator { gather, kernel, .. }, domain) => {
+                all.push(("the estimator", "photon-map".to_owned()));
+                match gather {
+                    Gather::Within { radius } => all.push(("radius", radius.to_string())),
+                    Gather::Nearest { k, max_radius } => {
+                        all.push(("--k", k.to_string()));
+                        all.push(("largest radius", max_radius.to_string()));
+                    }
+                }
+                all.push(("--normal-angle", self.normal_angle.to_string()));
+                (*kernel, *domain)
+            }
+        };
+        all.push(("the kernel", format!("{kernel:?}").to_lowercase()));
+        all.push(("the domain", format!("{domain:?}").to_lowercase()));
+        all.push(("--bounces", format!("{:?}", self.bounces()).to_lowercase()));
+        all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
     /// Makes the estimator for the photons of a source. Values that were not given are computed from a few of its

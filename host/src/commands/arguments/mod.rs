@@ -2,6 +2,7 @@
 
 pub mod estimator;
 pub mod light;
+pub mod part;
 pub mod photons;
 pub mod values;
 
@@ -69,6 +70,11 @@ impl SceneArguments {
             );
         }
         Ok(path)
+    }
+
+    /// Names another file of the scene.
+    pub fn move_to(&mut self, path: &Path) {
+        (self.file, self.scene) = (Some(path.to_owned()), None);
     }
 
     /// Loads the file and logs its warnings, or makes the built-in scene.

@@ -5,7 +5,6 @@ mod flux_file;
 mod part;
 mod surface_files;
 
-use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -13,7 +12,8 @@ use arboleda::{IndexKind, Scene, Vec3};
 use clap::Args;
 
 use super::arguments::light::LightArguments;
-use super::arguments::values::{MOST_PHOTONS, file_ending_in, range, threads, whole};
+use super::arguments::part::PartArguments;
+use super::arguments::values::{MOST_PHOTONS, file_ending_in, threads, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{count, duration, say};
 use crate::bench::progress::{during, photon_bar};
@@ -56,32 +56,30 @@ pub struct Shoot {
     #[command(flatten)]
     lights: LightArguments,
     /// Also count the nodes visited and the triangles tested
-    #[arg(long)]
+    #[arg(long, conflicts_with = "part")]
     counters: bool,
     /// Write the photons and the flux that each side of each triangle received
-    #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]))]
+    #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]),
+        conflicts_with = "part")]
     out: Option<PathBuf>,
     /// Write the irradiance of each side of each triangle, in W/m2 of red, green and blue, with its standard error
-    #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]))]
+    #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]),
+        conflicts_with = "part")]
     triangles: Option<PathBuf>,
     /// Write the triangles with their irradiance as a mesh
-    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]))]
+    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]), conflicts_with = "part")]
     mesh_ply: Option<PathBuf>,
     /// Write where the first photons fell, as points
-    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]))]
+    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]), conflicts_with = "part")]
     photons_ply: Option<PathBuf>,
     /// Most points of `--photons-ply`
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole::<usize>(1..=100_000_000))]
     ply_limit: usize,
     /// Write a picture of the light that arrived
-    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]))]
+    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]), conflicts_with = "part")]
     picture: Option<PathBuf>,
-    /// Write a part of the shot, which `arboleda merge` puts together with others
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "triangles", "mesh_ply", "photons_ply", "picture", "counters"])]
-    part: Option<PathBuf>,
-    /// Photons of the part, out of all N: from photon A to the one before B [default: all]
-    #[arg(long, value_name = "A..B", requires = "part", value_parser = range)]
-    photon_range: Option<Range<u64>>,
+    #[command(flatten)]
+    part: PartArguments,
     #[command(flatten)]
     build: BuildArguments,
 }
@@ -98,7 +96,7 @@ impl Shoot {
             &self.triangles,
             &self.mesh_ply,
             &self.photons_ply,
-            &self.part,
+            &self.part.part,
         ];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
         let model = self.lights.lit(self.scene.load()?, self.scene.up);
@@ -124,10 +122,10 @@ impl Shoot {
         let scene = self.build.scene(&model).rays(sample.as_ref().map_or(&[], Workload::sample));
         // A photon's first ray and, with the usual reflectances, one bounce.
         let photons =
-            self.photon_range.as_ref().map_or(self.photons, |range| range.end - range.start);
+            self.part.photon_range.as_ref().map_or(self.photons, |range| range.end - range.start);
         let scene = scene.expecting(photons.saturating_mul(2));
-        if let Some(path) = &self.part {
-            return self.write_part(path, &model, &scene, &options);
+        if self.part.part.is_some() {
+            return self.write_part(&model, &scene, &options);
         }
         let kinds = self.index.kinds(&scene, &self.build.options())?;
         let comparison =

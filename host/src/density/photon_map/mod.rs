@@ -34,6 +34,7 @@ use arboleda::Vec3;
 use bytemuck::{Pod, Zeroable};
 use thiserror::Error;
 
+pub use deposit::Deposits;
 pub use gather::{Gather, MapEstimator};
 pub use search::{Facing, Found, Neighbourhood};
 

@@ -74,14 +74,7 @@ impl<'r> Discs<'r> {
         let carriers = carriers(receivers, radius).ok_or(DiscError::TooLarge)?;
         let triangles: Vec<Triangle> = carriers.iter().map(|carrier| carrier.triangle).collect();
         let index = build(kind, &Scene::new(&triangles)).map_err(DiscError::Unbuilt)?;
-        let polygons = match options.domain {
-            Domain::Disc => Vec::new(),
-            Domain::Visible => {
-                let lift = f64::from(options.beyond) * radius;
-                let polygon = |receiver: &Receiver| fan.polygon(receiver, radius, lift, scene);
-                receivers.par_iter().map(polygon).collect()
-            }
-        };
+        let polygons = options.polygons(receivers, scene, fan);
         // A carrier reaches at most 3.1 radii from its discs' centres.
         let slack = |receiver: &Receiver| receiver.slack(4.0 * radius);
         let prolonged = receivers.iter().map(slack).fold(0.0, f64::max);
@@ -177,11 +170,14 @@ impl<'r> Discs<'r> {
 
     /// Makes the estimate of a receiver from photons of `photon_flux` watts each.
     pub fn estimate(&self, receiver: usize, photon_flux: f64) -> Estimate {
-        let radius = f64::from(self.options.radius);
-        let polygon = self.polygons.get(receiver);
-        let area =
-            polygon.map_or(disc_area(radius * radius), |polygon| polygon.area(self.options.kernel));
-        self.sums[receiver].estimate(photon_flux, area, radius)
+        let area = self.options.area(self.polygons.get(receiver));
+        self.options.estimate(&self.sums[receiver], area, photon_flux)
+    }
+
+    /// Returns the sums of the receivers, in their order, and the areas in which photons count.
+    pub(in crate::density) fn into_sums(self) -> (Vec<Sums>, Vec<f64>) {
+        let areas = self.options.areas(self.receivers.len(), &self.polygons);
+        (self.sums, areas)
     }
 
     fn reach(&self, receiver: &Receiver) -> Reach {
@@ -250,6 +246,51 @@ impl<'r> Discs<'r> {
     #[cfg(test)]
     pub(super) fn count_of(&self, receiver: usize) -> u32 {
         self.sums[receiver].count()
+    }
+}
+
+impl TangentPlane {
+    /// Finds the parts of the receivers' discs that count, in the caller's pool; none for whole discs.
+    pub(in crate::density) fn polygons<'f>(
+        &self,
+        receivers: &[Receiver],
+        scene: &(dyn RayIndex + Sync),
+        fan: &'f Fan,
+    ) -> Vec<VisiblePolygon<'f>> {
+        let radius = f64::from(self.radius);
+        match self.domain {
+            Domain::Disc => Vec::new(),
+            Domain::Visible => {
+                let lift = f64::from(self.beyond) * radius;
+                let polygon = |receiver: &Receiver| fan.polygon(receiver, radius, lift, scene);
+                receivers.par_iter().map(polygon).collect()
+            }
+        }
+    }
+
+    /// Computes the area of a disc, or that of the polygon in which photons count.
+    fn area(&self, polygon: Option<&VisiblePolygon<'_>>) -> f64 {
+        let radius = f64::from(self.radius);
+        polygon.map_or(disc_area(radius * radius), |polygon| polygon.area(self.kernel))
+    }
+
+    /// Computes the areas at `count` receivers with these polygons; none for whole discs.
+    pub(in crate::density) fn areas(
+        &self,
+        count: usize,
+        polygons: &[VisiblePolygon<'_>],
+    ) -> Vec<f64> {
+        (0..count).into_par_iter().map(|at| self.area(polygons.get(at))).collect()
+    }
+
+    /// Makes the estimate of sums over photons of `photon_flux` watts each, which were counted in an area.
+    pub(in crate::density) fn estimate(
+        &self,
+        sums: &Sums,
+        area: f64,
+        photon_flux: f64,
+    ) -> Estimate {
+        sums.estimate(photon_flux, area, f64::from(self.radius))
     }
 }
 

@@ -7,7 +7,9 @@ use super::*;
 use crate::density::fixtures::{
     Lit, assert_near, furnace_behind_a_wall, on_floor, uniform_furnace,
 };
-use crate::density::{Estimate, Estimator, Facing, Gather, LightField, MapEstimator, Receiver};
+use crate::density::{
+    Estimate, Estimator, Facing, Gather, Light, LightField, MapEstimator, Receiver,
+};
 
 /// Estimates by a photon map from the visible part of discs.
 fn by_visible_map(
@@ -22,7 +24,7 @@ fn by_visible_map(
     let estimator = Estimator::PhotonMap(map, Domain::Visible);
     lit.shoot(photons, |source| {
         let kind = IndexKind::WideBvh;
-        let field = LightField::new(source.clone(), estimator, kind, None, &|_| {}).unwrap();
+        let field = LightField::new(source.clone(), estimator, kind, Light::Shot, &|_| {}).unwrap();
         field.estimates(receivers, &|_| {}, &|_| {}).unwrap().0
     })
 }

@@ -30,11 +30,11 @@ const LEAF_CHUNKS: u64 = 32;
 const LEAF_LEVEL: u32 = LEAF_CHUNKS.trailing_zeros();
 
 /// Hit as it is hashed: photon (two words), bounce, triangle, `t`, `u`, `v`, each little-endian in the hashed bytes.
-pub(super) type Event = [u32; 7];
+pub(crate) type Event = [u32; 7];
 
 /// Digests of a range of the photons of a job.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct DigestTree {
+pub(crate) struct DigestTree {
     /// Number of photons of the whole job.
     photons: u64,
     /// Nodes in the order of their photons, without gaps.
@@ -43,7 +43,7 @@ pub(super) struct DigestTree {
 
 /// Node of the tree.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum DigestNode {
+pub(crate) enum DigestNode {
     /// Hits of some photons of a chunk, by bounce and photon.
     Cut { photons: Range<u64>, events: Vec<Event> },
     /// Digest of a chunk's hits.

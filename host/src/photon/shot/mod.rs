@@ -2,19 +2,19 @@
 //!
 //! ```text
 //! stream of photons --shoot--> hits of each triangle | balance of ends and power | digest of all hits
-//! a range of them --shoot_part--> part --join--> the same
+//! a range of them --shoot_range--> sums --join--> the same
 //! ```
 
 mod balance;
 mod digest;
 mod digest_tree;
-mod part;
+mod range_sums;
 mod shoot;
 
 pub use balance::Balance;
 pub use digest::Digest;
-pub use part::{Job, JobPart, Overlap, PartFile, RangeSums, missing};
-pub use shoot::{Counting, ShootOptions, shoot, shoot_part};
+pub use range_sums::RangeSums;
+pub use shoot::{Counting, ShootOptions, shoot, shoot_range};
 
 use arboleda::{Counters, Triangle, TriangleId};
 

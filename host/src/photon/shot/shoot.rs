@@ -10,8 +10,7 @@ use std::time::Instant;
 use arboleda::{Hit, RayIndex, SimdLevel};
 
 use super::digest_tree::{DigestNode, DigestTree, Event};
-use super::part::{JobPart, RangeSums};
-use super::{Balance, Shot};
+use super::{Balance, RangeSums, Shot};
 use crate::photon::lanes::{LANES, SideLanes};
 use crate::photon::stream::{CHUNK, Tally, Visitor, stream};
 use crate::photon::surface::Side;
@@ -113,21 +112,19 @@ pub fn shoot<I: RayIndex + Sync + ?Sized>(
     })
 }
 
-/// Shoots a range of the photons, as [`shoot`] does. Parts of all photons, joined in order, are the shot.
+/// Shoots a range of the photons, as [`shoot`] does. The sums of all photons, joined in order, are those of the shot.
 ///
 /// # Panics
 /// If the range ends beyond the photons of the options.
-pub fn shoot_part<I: RayIndex + Sync + ?Sized>(
+pub fn shoot_range<I: RayIndex + Sync + ?Sized>(
     model: &Model,
     index: &I,
     options: &ShootOptions,
     photons: Range<u64>,
     progress: &(impl Fn(u64) + Sync),
-) -> JobPart {
+) -> RangeSums {
     assert!(photons.end <= options.photons, "photons that are not of the job");
-    let shot = || shoot_here(model, index, options, photons.clone(), progress);
-    let sums = in_pool(options, shot);
-    JobPart { photons, sums }
+    in_pool(options, || shoot_here(model, index, options, photons, progress))
 }
 
 /// Runs work on the threads of the options, else on those of the caller's pool.

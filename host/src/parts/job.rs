@@ -1,4 +1,4 @@
-//! Job: what photons depend on, and which of its photons are missing.
+//! Job: what sums over photons depend on, and which of its photons are missing.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,37 +9,72 @@ use thiserror::Error;
 use crate::photon::ShootOptions;
 use crate::scene::Model;
 
-/// What the photons of a shot depend on. Parts of equal jobs can be put together.
+/// Command whose photons a job shoots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Command {
+    /// Counts of each triangle.
+    Shoot,
+    /// Irradiance at points.
+    Irradiance,
+    /// A picture.
+    Render,
+}
+
+impl fmt::Display for Command {
+    /// Writes the name on the command line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Shoot => "shoot",
+            Self::Irradiance => "irradiance",
+            Self::Render => "render",
+        })
+    }
+}
+
+/// What the sums over photons depend on. Parts of equal jobs can be put together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Job {
+    /// Command.
+    pub command: Command,
     /// Digest of the triangles, materials and lights.
     pub model: [u8; 32],
     /// Number of triangles.
     pub triangles: u64,
     /// Number of photons of all parts together.
     pub photons: u64,
+    /// Passes of a picture, of equally many photons; 1 otherwise.
+    pub passes: u32,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Most bounces of a photon.
     pub max_bounces: u32,
+    /// Options of the estimates, each with its name.
+    pub options: Vec<(String, String)>,
 }
 
 impl Job {
     /// The job of shooting photons from the lights of a model.
-    pub fn new(model: &Model, options: &ShootOptions) -> Self {
+    pub fn of_shot(model: &Model, options: &ShootOptions) -> Self {
         Self {
+            command: Command::Shoot,
             model: *model.digest().as_bytes(),
             triangles: model.triangles.len() as u64,
             photons: options.photons,
+            passes: 1,
             seed: options.seed,
             max_bounces: options.max_bounces,
+            options: Vec::new(),
         }
     }
 
     /// Says in what another job differs from this one; `None` if they are equal.
     pub fn difference(&self, other: &Self) -> Option<String> {
+        if self.command != other.command {
+            return Some(format!("photons for `{}`, not for `{}`", other.command, self.command));
+        }
         let numbers = [
             ("photons in all", self.photons, other.photons),
+            ("passes", self.passes.into(), other.passes.into()),
             ("as seed", self.seed, other.seed),
             ("bounces at most", self.max_bounces.into(), other.max_bounces.into()),
             ("triangles", self.triangles, other.triangles),
@@ -48,8 +83,20 @@ impl Job {
         if let Some((what, own, others)) = differing {
             return Some(format!("{others} {what}, not {own}"));
         }
-        let same = self.model == other.model;
-        (!same).then(|| "another scene, other materials or other lights".to_owned())
+        if self.model != other.model {
+            return Some("another scene, other materials or other lights".to_owned());
+        }
+        let mut both = self.options.iter().zip(&other.options);
+        let differing = both.find(|(own, others)| own != others);
+        if let Some(((own_name, own), (name, others))) = differing {
+            return Some(if name == own_name {
+                format!("{name} {others}, not {own}")
+            } else {
+                format!("{name} {others}, not {own_name} {own}")
+            });
+        }
+        let same = self.options.len() == other.options.len();
+        (!same).then(|| "other options".to_owned())
     }
 }
 

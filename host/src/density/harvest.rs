@@ -1,0 +1,164 @@
+//! Harvest: what photons leave behind for estimates, before it is estimated from.
+//!
+//! ```text
+//! DETP         sums at each receiver      added
+//! photon map   hits of the photons        in the order of photons
+//! ```
+//! Sums are of whole numbers, and hits are in a total order. So harvests of neighbouring ranges of photons, shot anywhere,
+//! are joined to that of all, to the bit.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::estimate::Sums;
+use super::estimator::EstimatorError;
+use super::photon_map::Deposits;
+use super::source::PhotonSource;
+use crate::photon::Balance;
+
+/// What a range of photons leaves behind for one light field.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Harvest {
+    /// Ends of the photons.
+    pub balance: Balance,
+    /// Sums at the receivers, in the order in which they were asked for; empty for a photon map.
+    pub(super) sums: Vec<Sums>,
+    /// Hits; none for DETP.
+    pub(super) deposits: Deposits,
+}
+
+impl Harvest {
+    /// Shoots the photons of a source and keeps their hits, for a photon map, in the caller's pool.
+    ///
+    /// # Errors
+    /// [`EstimatorError::Map`].
+    pub fn of_hits(
+        source: &PhotonSource<'_>,
+        progress: &(impl Fn(u64) + Sync),
+    ) -> Result<Self, EstimatorError> {
+        let (deposits, balance) = Deposits::shoot(source, progress)?;
+        Ok(Self { balance, sums: Vec::new(), deposits })
+    }
+
+    /// Tells whether another harvest has as many receivers.
+    fn is_like(&self, other: &Self) -> bool {
+        self.sums.len() == other.sums.len()
+    }
+
+    fn join(&mut self, next: Self) {
+        self.balance.join(&next.balance);
+        for (sum, next) in self.sums.iter_mut().zip(&next.sums) {
+            sum.join(next);
+        }
+        self.deposits.join(next.deposits);
+    }
+
+    /// Tells whether this may be the harvest of a model of `triangles` triangles.
+    pub(crate) fn is_of(&self, triangles: u64) -> bool {
+        (self.sums.is_empty() || self.deposits.is_empty()) && self.deposits.are_of(triangles)
+    }
+}
+
+/// What photons of one pass leave behind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LightPiece {
+    /// Number of the pass, from 0.
+    pub pass: u32,
+    /// The photons.
+    pub photons: Range<u64>,
+    /// For the light field.
+    pub all: Harvest,
+    /// For the field of direct light, which final gathering has.
+    pub direct: Option<Harvest>,
+}
+
+impl LightPiece {
+    fn follows(&self, before: &Self) -> bool {
+        let direct = match (&before.direct, &self.direct) {
+            (Some(before), Some(next)) => before.is_like(next),
+            (before, next) => before.is_none() == next.is_none(),
+        };
+        before.photons.end == self.photons.start && before.all.is_like(&self.all) && direct
+    }
+}
+
+/// What a range of the photons of all passes leaves behind.
+///
+/// # Invariants
+/// - Pieces are in the order of passes, at most one for each.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LightSums {
+    pieces: Vec<LightPiece>,
+}
+
+impl LightSums {
+    /// The sums of one pass, or of a part of it.
+    pub fn of(piece: LightPiece) -> Self {
+        Self { pieces: vec![piece] }
+    }
+
+    /// Adds the sums of the photons that follow. Tells whether they do, at as many receivers; else nothing is added.
+    #[must_use]
+    pub fn join(&mut self, next: Self) -> bool {
+        let follows = match (self.pieces.last(), next.pieces.first()) {
+            (Some(last), Some(first)) if last.pass == first.pass => first.follows(last),
+            (Some(last), Some(first)) => last.photons.end == first.photons.start,
+            _ => true,
+        };
+        if follows {
+            for piece in next.pieces {
+                match self.pieces.last_mut().filter(|last| last.pass == piece.pass) {
+                    Some(last) => {
+                        last.photons.end = piece.photons.end;
+                        last.all.join(piece.all);
+                        if let (Some(direct), Some(next)) = (&mut last.direct, piece.direct) {
+                            direct.join(next);
+                        }
+                    }
+                    None => self.pieces.push(piece),
+                }
+            }
+        }
+        follows
+    }
+
+    /// Takes the sums of a pass out, if they are there.
+    pub fn take(&mut self, pass: u32) -> Option<LightPiece> {
+        let at = self.pieces.iter().position(|piece| piece.pass == pass)?;
+        Some(self.pieces.remove(at))
+    }
+
+    /// Returns the ends of all photons.
+    pub fn balance(&self) -> Balance {
+        self.pieces.iter().fold(Balance::default(), |mut all, piece| {
+            all.join(&piece.all.balance);
+            all
+        })
+    }
+
+    /// Tells whether these may be the sums of a range of photons, of `per_pass` each pass; `is_sound` tells it of a
+    /// harvest.
+    pub(crate) fn is_of(
+        &self,
+        photons: &Range<u64>,
+        per_pass: u64,
+        is_sound: impl Fn(&Harvest, &Range<u64>) -> bool,
+    ) -> bool {
+        let mut end = photons.start;
+        let follow = self.pieces.iter().all(|piece| {
+            let LightPiece { pass, photons, all, direct } = piece;
+            let of_pass = |photon: u64| photon.checked_div(per_pass) == Some(u64::from(*pass));
+            let sound = photons.start == end
+                && photons.start < photons.end
+                && of_pass(photons.start)
+                && of_pass(photons.end - 1)
+                && is_sound(all, photons)
+                && direct.as_ref().is_none_or(|direct| is_sound(direct, photons));
+            end = photons.end;
+            sound
+        });
+        let passes = self.pieces.windows(2).all(|pair| pair[0].pass < pair[1].pass);
+        follow && passes && end == photons.end
+    }
+}

@@ -1,0 +1,122 @@
+//! Part of a job: what a range of its photons leaves behind, and how parts are put together.
+//!
+//! ```text
+//! photons of a job:  part | part | part     shot anywhere, in any order, through any index
+//!                      \    join   /
+//!                     the sums of one run    its counts, estimates, pictures and digests
+//! ```
+//! Photons are numbered and sums are of integers, so it does not matter where a job is cut.
+
+mod file;
+mod job;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+pub use file::PartFile;
+pub use job::{Command, Job, Overlap, missing};
+
+use crate::density::{Harvest, LightSums};
+use crate::photon::{Balance, Digest, RangeSums};
+
+/// What a range of the photons of a job leaves behind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobPart {
+    /// The photons.
+    pub photons: Range<u64>,
+    /// What they leave behind.
+    pub sums: PartSums,
+}
+
+/// What a range of photons leaves behind, by what it is for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum PartSums {
+    /// Hits of each triangle, for `shoot`.
+    Shot(RangeSums),
+    /// Light at receivers, for `irradiance` and `render`.
+    Light(LightSums),
+}
+
+impl PartSums {
+    /// Adds what the photons that follow leave behind. Tells whether it is for the same, and of as many triangles or
+    /// receivers; else nothing is added.
+    #[must_use]
+    pub fn join(&mut self, next: Self) -> bool {
+        match (self, next) {
+            (Self::Shot(sums), Self::Shot(next)) => sums.join(next),
+            (Self::Light(sums), Self::Light(next)) => sums.join(next),
+            _ => false,
+        }
+    }
+
+    /// The ends of the photons.
+    pub fn balance(&self) -> Balance {
+        match self {
+            Self::Shot(sums) => sums.balance,
+            Self::Light(sums) => sums.balance(),
+        }
+    }
+
+    /// Tells whether these may be the sums of a range of the photons of a job.
+    fn is_of(&self, photons: &Range<u64>, job: &Job) -> bool {
+        match self {
+            Self::Shot(sums) => job.command == Command::Shoot && is_of_shot(sums, photons, job),
+            Self::Light(sums) => {
+                let is_sound = |harvest: &Harvest, photons: &Range<u64>| {
+                    is_balanced(&harvest.balance, photons) && harvest.is_of(job.triangles)
+                };
+                let per_pass = job.photons / u64::from(job.passes.max(1));
+                job.command != Command::Shoot && sums.is_of(photons, per_pass, is_sound)
+            }
+        }
+    }
+}
+
+impl JobPart {
+    /// Adds the part of the photons that follow. Tells whether they do, and whether both are parts of the same; else
+    /// nothing is added.
+    #[must_use]
+    pub fn join(&mut self, next: Self) -> bool {
+        let joined = self.photons.end == next.photons.start && self.sums.join(next.sums);
+        if joined {
+            self.photons.end = next.photons.end;
+        }
+        joined
+    }
+
+    /// The digest of all hits, if the part is of a shot and has all photons of the job.
+    pub fn digest(&self, job: &Job) -> Option<Digest> {
+        match &self.sums {
+            PartSums::Shot(sums) => {
+                (self.photons == (0..job.photons)).then(|| sums.digests.digest())
+            }
+            PartSums::Light(_) => None,
+        }
+    }
+}
+
+/// Tells whether sums may be those of a range of the photons of a shot.
+fn is_of_shot(sums: &RangeSums, photons: &Range<u64>, job: &Job) -> bool {
+    let balance = &sums.balance;
+    let hits = sums.hits.iter().flatten().try_fold(0_u64, |sum, &hits| sum.checked_add(hits));
+    // Without lights no photons are emitted, and there is nothing to hash.
+    let is_dark = balance.emitted == 0 && sums.digests.is_empty();
+    (is_dark || sums.digests.is_of(photons, job.photons))
+        && is_balanced(balance, photons)
+        && hits == Some(balance.hits)
+        && sums.hits.len() as u64 == job.triangles
+}
+
+/// Tells whether a balance may be that of a range of photons; without lights, none of them is emitted.
+fn is_balanced(balance: &Balance, photons: &Range<u64>) -> bool {
+    let ends = [balance.absorbed, balance.escaped, balance.cut_off, balance.refused];
+    let ended = ends.into_iter().try_fold(0_u64, u64::checked_add);
+    let count = photons.end.checked_sub(photons.start);
+    (balance.emitted == 0 || count == Some(balance.emitted))
+        && ended == Some(balance.emitted)
+        && balance.total_flux.is_finite()
+        && balance.total_flux >= 0.0
+}
