@@ -14,7 +14,7 @@ use super::arguments::part::PartArguments;
 use super::arguments::values::file_ending_in;
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{arrow_to, bytes, count, duration, say};
-use super::parts::{MergeOutputs, Merged, PartWork, recorded};
+use super::parts::{MergeOutputs, Merged, PartWork, Team, recorded};
 use crate::bench::progress::photon_bar;
 use crate::density::{
     Estimate, Estimator, EstimatorError, Harvest, LightField, LightPiece, LightSums, PhotonSource,
@@ -71,12 +71,12 @@ impl From<&Estimate> for EstimateRow {
 }
 
 impl Irradiance {
-    /// Runs the command, which these arguments of the program named.
+    /// Runs the command, which these arguments of the program named, with a team.
     ///
     /// # Errors
     /// If a file cannot be read or written, or options contradict each other.
-    pub fn run(&self, arguments: &[OsString]) -> anyhow::Result<()> {
-        self.run_with(arguments, None)
+    pub fn run(&self, arguments: &[OsString], team: Team) -> anyhow::Result<()> {
+        self.run_with(arguments, team, None)
     }
 
     /// Estimates from the sums of parts that this command shot, as one run of it does, and writes the files of a merge.
@@ -96,21 +96,28 @@ impl Irradiance {
         if let Some(path) = &outputs.scene_file {
             self.scene.move_to(path);
         }
-        self.run_with(&[], Some(merged))
+        self.run_with(&[], Team::Alone, Some(merged))
     }
 
-    fn run_with(&self, arguments: &[OsString], merged: Option<Merged>) -> anyhow::Result<()> {
-        let files = [&self.out, &self.lighting.estimator.save_map, &self.part.part];
+    fn run_with(
+        &self,
+        arguments: &[OsString],
+        team: Team,
+        merged: Option<Merged>,
+    ) -> anyhow::Result<()> {
+        let files =
+            [&self.out, &self.lighting.estimator.save_map, &self.part.part, &self.part.checkpoint];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
         let table = rays::load_as(&self.points, &rays::POINTS)?;
-        self.lighting.photons.run(|| self.estimate(&table, arguments, merged))
+        self.lighting.photons.run(|| self.estimate(&table, arguments, team, merged))
     }
 
     fn estimate(
         &self,
         table: &rays::RayTable,
         arguments: &[OsString],
-        merged: Option<Merged>,
+        team: Team,
+        mut merged: Option<Merged>,
     ) -> anyhow::Result<()> {
         let lit = LitScene::load(&self.scene, &self.lighting)?;
         // 1. Receivers: the rows that are valid.
@@ -122,10 +129,12 @@ impl Irradiance {
 
         lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
             let estimator = self.lighting.estimator.resolve(source, KernelName::Constant)?;
-            let places = vec![("points", described(&valid))];
             let own = (source, &estimator);
-            let job = || lit.job(Command::Irradiance, &self.lighting, own, 1, places);
-            if self.part.part.is_some() {
+            let job = || {
+                let places = vec![("points", described(&valid))];
+                lit.job(Command::Irradiance, &self.lighting, own, 1, places)
+            };
+            if merged.is_none() && self.part.in_parts(team) {
                 let work = PartWork {
                     job: job()?,
                     arguments: recorded(arguments)?,
@@ -135,7 +144,10 @@ impl Irradiance {
                         Ok(PartSums::Light(harvest(source, &estimator, &lit, &valid, progress)?))
                     },
                 };
-                return work.write_part(&self.part);
+                merged = work.run(&self.part, team)?;
+                if merged.is_none() {
+                    return Ok(());
+                }
             }
             let harvest = match merged {
                 None => None,

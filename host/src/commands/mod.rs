@@ -27,6 +27,7 @@ use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use log::{Level, LevelFilter};
+use parts::Team;
 
 /// Exact ray queries on scenes made of clusters: finds the clusters, builds an index in each, shoots photons.
 ///
@@ -60,17 +61,26 @@ enum Command {
 }
 
 impl CommandLine {
-    /// Runs the command that these arguments named.
-    fn run(&self, arguments: &[OsString]) -> anyhow::Result<()> {
+    /// Tells whether several processes can run the command together.
+    #[cfg(feature = "mpi")]
+    fn is_for_many(&self) -> bool {
+        matches!(
+            self.command,
+            Some(Command::Shoot(_) | Command::Irradiance(_) | Command::Render(_))
+        )
+    }
+
+    /// Runs the command that these arguments named, with a team.
+    fn run(&self, arguments: &[OsString], team: Team) -> anyhow::Result<()> {
         match &self.command {
             None => self.demo.run(),
-            Some(Command::Shoot(shoot)) => shoot.run(),
+            Some(Command::Shoot(shoot)) => shoot.run(team),
             Some(Command::Merge(merge)) => merge.run(),
             Some(Command::Inspect(inspect)) => inspect.run(),
             Some(Command::Pack(pack)) => pack.run(),
             Some(Command::Cast(cast)) => cast.run(),
-            Some(Command::Irradiance(irradiance)) => irradiance.run(arguments),
-            Some(Command::Render(render)) => render.run(arguments),
+            Some(Command::Irradiance(irradiance)) => irradiance.run(arguments, team),
+            Some(Command::Render(render)) => render.run(arguments, team),
             Some(Command::Compare(compare)) => compare.run(),
             Some(Command::Paper(paper)) => paper.run(),
             Some(Command::Separation(separation)) => separation.run(),
@@ -90,14 +100,48 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     let level = if line.quiet { LevelFilter::Off } else { LevelFilter::Info };
-    speak_from(level);
-    match line.run(&arguments) {
+    match run_with_team(&line, &arguments, level) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {}", message(&error));
             ExitCode::FAILURE
         }
     }
+}
+
+#[cfg(not(feature = "mpi"))]
+fn run_with_team(
+    line: &CommandLine,
+    arguments: &[OsString],
+    level: LevelFilter,
+) -> anyhow::Result<()> {
+    speak_from(level);
+    line.run(arguments, Team::Alone)
+}
+
+/// Runs the command with the processes that `mpirun` started, if it did. The first of them speaks for all.
+#[cfg(feature = "mpi")]
+fn run_with_team(
+    line: &CommandLine,
+    arguments: &[OsString],
+    level: LevelFilter,
+) -> anyhow::Result<()> {
+    let ranks = if line.is_for_many() { parts::join_ranks()? } else { None };
+    let Some((_universe, team)) = ranks else {
+        speak_from(level);
+        return line.run(arguments, Team::Alone);
+    };
+    if team == Team::Other {
+        output::be_silent();
+        speak_from(LevelFilter::Off);
+    } else {
+        speak_from(level);
+    }
+    if let Err(error) = line.run(arguments, team) {
+        eprintln!("error: {}", message(&error));
+        parts::abort();
+    }
+    Ok(())
 }
 
 /// Reads the command that arguments named when a part was shot.

@@ -2,10 +2,20 @@
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use comfy_table::Table;
 
 use crate::report::grid::terminal_table;
+
+/// True if another process prints the results.
+static SILENT: AtomicBool = AtomicBool::new(false);
+
+/// Leaves the printing of results to another process.
+#[cfg(feature = "mpi")]
+pub fn be_silent() {
+    SILENT.store(true, Ordering::Relaxed);
+}
 
 /// Prints a line of the results.
 macro_rules! say {
@@ -18,6 +28,9 @@ pub(crate) use say;
 /// Prints a line for `say!`. Ends the program if stdout cannot be written: silently if the reader has closed the pipe,
 /// as in `arboleda | head`, else with an error.
 pub fn print_line(line: std::fmt::Arguments<'_>) {
+    if SILENT.load(Ordering::Relaxed) {
+        return;
+    }
     match writeln!(std::io::stdout(), "{line}") {
         Ok(()) => {}
         Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(0),

@@ -14,7 +14,7 @@ use super::arguments::part::PartArguments;
 use super::arguments::values::{PIXELS, file_ending_in, number, whole};
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{arrow_to, bytes, count, duration, say};
-use super::parts::{MergeOutputs, Merged, PartWork, recorded};
+use super::parts::{MergeOutputs, Merged, PartWork, Team, recorded};
 use crate::bench::progress::{count_bar, photon_bar, together};
 use crate::density::{
     Bounces, Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius,
@@ -132,12 +132,12 @@ fn vector(text: &str) -> Result<[f64; 3], String> {
 }
 
 impl Render {
-    /// Runs the command, which these arguments of the program named.
+    /// Runs the command, which these arguments of the program named, with a team.
     ///
     /// # Errors
     /// If the scene cannot be loaded, a file cannot be written, or options contradict each other.
-    pub fn run(&self, arguments: &[OsString]) -> anyhow::Result<()> {
-        self.run_with(arguments, None)
+    pub fn run(&self, arguments: &[OsString], team: Team) -> anyhow::Result<()> {
+        self.run_with(arguments, team, None)
     }
 
     /// Makes the picture of the sums of parts that this command shot, as one run of it does, and writes the files of a
@@ -156,21 +156,31 @@ impl Render {
         if let Some(path) = &outputs.scene_file {
             self.scene.move_to(path);
         }
-        self.run_with(&[], Some(merged))
+        self.run_with(&[], Team::Alone, Some(merged))
     }
 
-    fn run_with(&self, arguments: &[OsString], merged: Option<Merged>) -> anyhow::Result<()> {
+    fn run_with(
+        &self,
+        arguments: &[OsString],
+        team: Team,
+        merged: Option<Merged>,
+    ) -> anyhow::Result<()> {
         let map = &self.lighting.estimator.save_map;
-        let files = [&self.out, &self.values, map, &self.part.part];
+        let files = [&self.out, &self.values, map, &self.part.part, &self.part.checkpoint];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
         ensure!(
             self.final_gather.is_none() || self.lighting.estimator.bounces() == Bounces::All,
             "--final-gather shows all light: it cannot be used with --bounces"
         );
-        self.lighting.photons.run(|| self.picture(arguments, merged))
+        self.lighting.photons.run(|| self.picture(arguments, team, merged))
     }
 
-    fn picture(&self, arguments: &[OsString], merged: Option<Merged>) -> anyhow::Result<()> {
+    fn picture(
+        &self,
+        arguments: &[OsString],
+        team: Team,
+        mut merged: Option<Merged>,
+    ) -> anyhow::Result<()> {
         let lit = LitScene::load(&self.scene, &self.lighting)?;
         lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
             let estimator = self.lighting.estimator.resolve(source, KernelName::Epanechnikov)?;
@@ -184,7 +194,7 @@ impl Render {
                 final_gather: self.final_gather.unwrap_or(0),
                 passes: self.passes,
             };
-            if self.part.part.is_some() {
+            if merged.is_none() && self.part.in_parts(team) {
                 let work = PartWork {
                     job: self.job(&lit, &passes)?,
                     arguments: recorded(arguments)?,
@@ -193,7 +203,10 @@ impl Render {
                         Ok(PartSums::Light(passes.harvest(&photons, &progress)?))
                     },
                 };
-                return work.write_part(&self.part);
+                merged = work.run(&self.part, team)?;
+                if merged.is_none() {
+                    return Ok(());
+                }
             }
             passes.light = match (merged, lit.load_map(&self.lighting.estimator)?) {
                 (Some(merged), _) => PictureLight::Sums(merged.light(&self.job(&lit, &passes)?)?),

@@ -87,6 +87,18 @@ impl Sums {
         self.squares = self.squares.saturating_add(other.squares);
     }
 
+    /// Numbers of which the sums consist; those of joined sums are the sums of the numbers.
+    pub(super) fn to_words(self) -> [u64; 5] {
+        let [red, green, blue] = self.weights;
+        [self.count.into(), red, green, blue, self.squares]
+    }
+
+    /// Makes sums of their numbers.
+    pub(super) fn from_words([count, red, green, blue, squares]: [u64; 5]) -> Self {
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        Self { count, weights: [red, green, blue], squares }
+    }
+
     /// Returns the number of photons.
     pub fn count(&self) -> u32 {
         self.count

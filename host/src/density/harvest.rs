@@ -41,6 +41,15 @@ impl Harvest {
         Ok(Self { balance, sums: Vec::new(), deposits })
     }
 
+    fn take_counts(&mut self) -> Vec<u64> {
+        std::mem::take(&mut self.sums).into_iter().flat_map(Sums::to_words).collect()
+    }
+
+    fn put_counts(&mut self, counts: &[u64]) {
+        let (sums, _) = counts.as_chunks();
+        self.sums = sums.iter().map(|&words| Sums::from_words(words)).collect();
+    }
+
     /// Tells whether another harvest has as many receivers.
     fn is_like(&self, other: &Self) -> bool {
         self.sums.len() == other.sums.len()
@@ -59,6 +68,9 @@ impl Harvest {
         (self.sums.is_empty() || self.deposits.is_empty()) && self.deposits.are_of(triangles)
     }
 }
+
+/// Pass and field of numbers that are only added.
+pub type CountsOf = (u32, u32);
 
 /// What photons of one pass leave behind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -121,6 +133,28 @@ impl LightSums {
             }
         }
         follows
+    }
+
+    /// Takes the numbers out that are only added, each list with its pass and its field: 0 for all light, 1 for direct
+    /// light.
+    pub fn take_counts(&mut self) -> Vec<(CountsOf, Vec<u64>)> {
+        let mut all = Vec::new();
+        for piece in &mut self.pieces {
+            all.push(((piece.pass, 0), piece.all.take_counts()));
+            all.extend(piece.direct.as_mut().map(|direct| ((piece.pass, 1), direct.take_counts())));
+        }
+        all
+    }
+
+    /// Puts numbers in that [`take_counts`](Self::take_counts) took out, or sums of them.
+    pub fn put_counts(&mut self, (pass, field): CountsOf, counts: &[u64]) {
+        if let Some(piece) = self.pieces.iter_mut().find(|piece| piece.pass == pass) {
+            match (field, &mut piece.direct) {
+                (0, _) => piece.all.put_counts(counts),
+                (_, Some(direct)) => direct.put_counts(counts),
+                _ => {}
+            }
+        }
     }
 
     /// Takes the sums of a pass out, if they are there.

@@ -28,7 +28,7 @@ mod visible;
 pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
 pub use estimator::{Estimator, EstimatorError};
-pub use harvest::{Harvest, LightPiece, LightSums};
+pub use harvest::{CountsOf, Harvest, LightPiece, LightSums};
 pub use kernel::Kernel;
 pub use light_field::{Light, LightField, Work};
 pub use photon_map::{

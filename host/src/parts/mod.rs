@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 pub use file::PartFile;
 pub use job::{Command, Job, Overlap, missing};
 
-use crate::density::{Harvest, LightSums};
+use crate::density::{CountsOf, Harvest, LightSums};
 use crate::photon::{Balance, Digest, RangeSums};
 
 /// What a range of the photons of a job leaves behind.
@@ -49,6 +49,26 @@ impl PartSums {
             (Self::Shot(sums), Self::Shot(next)) => sums.join(next),
             (Self::Light(sums), Self::Light(next)) => sums.join(next),
             _ => false,
+        }
+    }
+
+    /// Takes the numbers out that are only added, which may be many. What is left has to be joined in the order of
+    /// photons.
+    pub fn take_counts(&mut self) -> Vec<(CountsOf, Vec<u64>)> {
+        match self {
+            Self::Shot(sums) => {
+                vec![((0, 0), std::mem::take(&mut sums.hits).into_iter().flatten().collect())]
+            }
+            Self::Light(sums) => sums.take_counts(),
+        }
+    }
+
+    /// Puts numbers in that [`take_counts`](Self::take_counts) took out, or sums of them.
+    pub fn put_counts(&mut self, of: CountsOf, counts: &[u64]) {
+        match self {
+            Self::Shot(sums) if of == (0, 0) => sums.hits = counts.as_chunks().0.to_vec(),
+            Self::Shot(_) => {}
+            Self::Light(sums) => sums.put_counts(of, counts),
         }
     }
 

@@ -47,7 +47,7 @@ pub struct EstimatorArguments {
     #[arg(long, value_enum, default_value_t = BouncesName::All)]
     bounces: BouncesName,
     /// Read the photons from a file that `--save-map` wrote, instead of shooting them
-    #[arg(long, value_name = "FILE", conflicts_with = "part")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["part", "checkpoint"])]
     pub load_map: Option<PathBuf>,
     /// Write the photon map, to use it again for the same scene
     #[arg(long, value_name = "FILE", conflicts_with = "part")]

@@ -1,14 +1,16 @@
-//! Options of parts: a range of the photons, shot for `arboleda merge`.
+//! Options of jobs in parts: a range of the photons, and a checkpoint from which a killed job goes on.
 
 use std::ops::Range;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::ensure;
 use clap::Args;
 
-use super::values::range;
+use super::values::{number, range};
+use crate::commands::parts::Team;
 
-/// Part of a job, and its photons.
+/// Part of a job, its photons, and its checkpoint.
 #[derive(Args, Clone, Debug)]
 pub struct PartArguments {
     /// Write a part, which `arboleda merge` puts together with others to the result of one run
@@ -17,11 +19,29 @@ pub struct PartArguments {
     /// Photons of the part, out of those of all passes: from photon A to the one before B [default: all]
     #[arg(long, value_name = "A..B", requires = "part", value_parser = range)]
     pub photon_range: Option<Range<u64>>,
+    /// Keep what was shot so far in FILE, as a part. If FILE is there, go on from it: a job that was killed loses only
+    /// what it shot since. FILE stays when the job is done
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// Seconds between two writes of the checkpoint
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = number(0.1..=1e6), requires = "checkpoint")]
+    checkpoint_every: f32,
 }
 
 impl PartArguments {
-    /// No part: the result itself.
-    pub const NONE: Self = Self { part: None, photon_range: None };
+    /// No part and no checkpoint: the result itself.
+    pub const NONE: Self =
+        Self { part: None, photon_range: None, checkpoint: None, checkpoint_every: 300.0 };
+
+    /// Tells whether the photons are to be shot for a part, a checkpoint, or by several processes.
+    pub fn in_parts(&self, team: Team) -> bool {
+        self.part.is_some() || self.checkpoint.is_some() || team != Team::Alone
+    }
+
+    /// Returns the time between two writes of the checkpoint, if there is one.
+    pub fn checkpoint_every(&self) -> Option<Duration> {
+        self.checkpoint.as_ref().map(|_| Duration::from_secs_f32(self.checkpoint_every))
+    }
 
     /// Returns the photons of the part, of a job of `all` photons.
     ///

@@ -173,7 +173,9 @@ impl Merge {
                 log::info!("photons and flux of each triangle: {}", path.display());
             }
             print_balance(&sums.balance);
-            print_digest(sums.balance.emitted, sums.digest(), files.len());
+            let parts = files.len();
+            let by = format!("{parts} part{}", if parts == 1 { "" } else { "s" });
+            print_digest(sums.balance.emitted, sums.digest(), &by);
             return Ok(());
         }
         let is_used = self.part.is_none() || out.is_some() || values.is_some();
@@ -187,12 +189,9 @@ impl Merge {
     }
 }
 
-fn print_digest(photons: u64, digest: Digest, parts: usize) {
-    say!(
-        "digest of {} photons: {digest} by {parts} part{}",
-        count(photons),
-        if parts == 1 { "" } else { "s" }
-    );
+/// Prints the digest of all hits, and by what they were shot.
+pub fn print_digest(photons: u64, digest: Digest, by: &str) {
+    say!("digest of {} photons: {digest} by {by}", count(photons));
 }
 
 /// Says which photons are missing, the first of them by their ranges.

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::{Context, bail};
 
-use crate::bench::progress::photon_bar;
+use super::team::Team;
 use crate::bench::provenance::Provenance;
 use crate::commands::arguments::part::PartArguments;
 use crate::commands::output::{count, say};
@@ -14,7 +14,7 @@ use crate::parts::{Job, JobPart, PartFile, PartSums};
 
 /// Shoots a range of photons, and calls the function with numbers of photons from any thread.
 pub type ShootRange<'w> =
-    dyn Fn(Range<u64>, &(dyn Fn(u64) + Sync)) -> anyhow::Result<PartSums> + 'w;
+    dyn Fn(Range<u64>, &(dyn Fn(u64) + Sync)) -> anyhow::Result<PartSums> + Sync + 'w;
 
 /// A job, and how its photons are shot.
 pub struct PartWork<'w> {
@@ -29,24 +29,24 @@ pub struct PartWork<'w> {
 }
 
 impl PartWork<'_> {
-    /// Shoots the photons of a part, and writes it if a file is named.
+    /// Shoots the photons with a team. Writes the part, if a file is named for it; else returns what the results are
+    /// made of, if this process has it.
     ///
     /// # Errors
-    /// If the job does not have these photons, they cannot be shot, or the file cannot be written.
-    pub fn write_part(&self, part: &PartArguments) -> anyhow::Result<()> {
-        let photons = part.photons(self.job.photons)?;
-        let bar = photon_bar(photons.end - photons.start, self.index);
-        let sums = (self.shoot)(photons.clone(), &|photons| bar.inc(photons))?;
-        bar.finish_and_clear();
-        let (Range { start, end }, all) = (photons.clone(), count(self.job.photons));
+    /// If the job does not have these photons, they cannot be shot, or a file cannot be written.
+    pub fn run(&self, part: &PartArguments, team: Team) -> anyhow::Result<Option<Merged>> {
+        let Some(all) = self.gather(part, team)? else { return Ok(None) };
+        let Some(path) = &part.part else {
+            return Ok(Some(Merged { job: self.job.clone(), all }));
+        };
+        let JobPart { photons, sums } = all;
+        let Range { start, end } = photons;
+        self.file(start..end).write(path, &sums)?;
+        log::info!("part: {}", path.display());
         let balance = sums.balance();
         let (rays, hits) = (count(balance.rays), count(balance.hits));
-        if let Some(path) = &part.part {
-            self.file(photons).write(path, &sums)?;
-            log::info!("part: {}", path.display());
-        }
-        say!("photons {start}..{end} of {all}: {rays} rays, {hits} hits");
-        Ok(())
+        say!("photons {start}..{end} of {}: {rays} rays, {hits} hits", count(self.job.photons));
+        Ok(None)
     }
 
     /// Makes the header of a file of some of the photons.

@@ -16,6 +16,7 @@ use super::arguments::part::PartArguments;
 use super::arguments::values::{MOST_PHOTONS, file_ending_in, threads, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use super::output::{count, duration, say};
+use super::parts::Team;
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
 use crate::density::{PhotonSource, TriangleIrradiance, TriangleLight, first_hits};
@@ -56,7 +57,7 @@ pub struct Shoot {
     #[command(flatten)]
     lights: LightArguments,
     /// Also count the nodes visited and the triangles tested
-    #[arg(long, conflicts_with = "part")]
+    #[arg(long, conflicts_with_all = ["part", "checkpoint"])]
     counters: bool,
     /// Write the photons and the flux that each side of each triangle received
     #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]),
@@ -64,19 +65,19 @@ pub struct Shoot {
     out: Option<PathBuf>,
     /// Write the irradiance of each side of each triangle, in W/m2 of red, green and blue, with its standard error
     #[arg(long, value_name = "OUT.npy|csv", value_parser = file_ending_in(&["npy", "csv"]),
-        conflicts_with = "part")]
+        conflicts_with_all = ["part", "checkpoint"])]
     triangles: Option<PathBuf>,
     /// Write the triangles with their irradiance as a mesh
-    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]), conflicts_with = "part")]
+    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]), conflicts_with_all = ["part", "checkpoint"])]
     mesh_ply: Option<PathBuf>,
     /// Write where the first photons fell, as points
-    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]), conflicts_with = "part")]
+    #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]), conflicts_with_all = ["part", "checkpoint"])]
     photons_ply: Option<PathBuf>,
     /// Most points of `--photons-ply`
     #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole::<usize>(1..=100_000_000))]
     ply_limit: usize,
     /// Write a picture of the light that arrived
-    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]), conflicts_with = "part")]
+    #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]), conflicts_with_all = ["part", "checkpoint"])]
     picture: Option<PathBuf>,
     #[command(flatten)]
     part: PartArguments,
@@ -85,11 +86,11 @@ pub struct Shoot {
 }
 
 impl Shoot {
-    /// Runs the command.
+    /// Runs the command with a team.
     ///
     /// # Errors
     /// If the scene cannot be loaded, an output cannot be written, or two indices do not agree.
-    pub fn run(&self) -> anyhow::Result<()> {
+    pub fn run(&self, team: Team) -> anyhow::Result<()> {
         let files = [
             &self.out,
             &self.picture,
@@ -97,6 +98,7 @@ impl Shoot {
             &self.mesh_ply,
             &self.photons_ply,
             &self.part.part,
+            &self.part.checkpoint,
         ];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
         let model = self.lights.lit(self.scene.load()?, self.scene.up);
@@ -124,8 +126,8 @@ impl Shoot {
         let photons =
             self.part.photon_range.as_ref().map_or(self.photons, |range| range.end - range.start);
         let scene = scene.expecting(photons.saturating_mul(2));
-        if self.part.part.is_some() {
-            return self.write_part(&model, &scene, &options);
+        if self.part.in_parts(team) {
+            return self.in_parts(team, &model, &scene, &options);
         }
         let kinds = self.index.kinds(&scene, &self.build.options())?;
         let comparison =

@@ -1,26 +1,36 @@
-//! `shoot --part`: a range of the photons, for `arboleda merge`.
+//! `shoot` in parts: a range of the photons for `arboleda merge`, a checkpoint, or several processes.
 
+use anyhow::ensure;
 use arboleda::Scene;
 
-use super::Shoot;
+use super::{Shoot, write_flux};
 use crate::Threads;
 use crate::commands::arguments::build_index;
-use crate::commands::parts::PartWork;
+use crate::commands::lit_scene::print_balance;
+use crate::commands::parts::{PartWork, Team, print_digest};
 use crate::parts::{Job, PartSums};
 use crate::photon::{ShootOptions, shoot_range};
 use crate::scene::Model;
 
 impl Shoot {
-    /// Shoots a range of the photons and writes what they leave behind.
+    /// Shoots a range of the photons with a team, and writes what they leave behind.
     ///
     /// # Errors
-    /// If the range has photons that the job does not have, the index cannot be built, or the file cannot be written.
-    pub(super) fn write_part(
+    /// If the range has photons that the job does not have, an output needs the photons once more, the index cannot be
+    /// built, or a file cannot be written.
+    pub(super) fn in_parts(
         &self,
+        team: Team,
         model: &Model,
         scene: &Scene<'_>,
         options: &ShootOptions,
     ) -> anyhow::Result<()> {
+        let again = [&self.triangles, &self.mesh_ply, &self.photons_ply, &self.picture];
+        ensure!(
+            again.iter().all(|path| path.is_none()) && !self.counters,
+            "--out and --part are for several processes; --triangles, --mesh-ply, --photons-ply, --picture and \
+             --counters are for one"
+        );
         let build = self.build.options();
         let kind = self.index.kind(scene, &build)?;
         let owned = build_index(kind, scene, &build, &Threads::new(self.threads))?;
@@ -31,6 +41,15 @@ impl Shoot {
         };
         let job = Job::of_shot(model, options);
         let work = PartWork { job, arguments: Vec::new(), index: kind.name(), shoot: &shoot };
-        work.write_part(&self.part)
+        let Some(merged) = work.run(&self.part, team)? else { return Ok(()) };
+        if let PartSums::Shot(sums) = merged.all.sums {
+            if let Some(path) = &self.out {
+                write_flux(path, &sums.hits, sums.balance.photon_flux())?;
+                log::info!("photons and flux of each triangle: {}", path.display());
+            }
+            print_balance(&sums.balance);
+            print_digest(sums.balance.emitted, sums.digest(), kind.name());
+        }
+        Ok(())
     }
 }
