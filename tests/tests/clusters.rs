@@ -258,3 +258,34 @@ fn boxes_beside_a_far_one_take_seconds() {
     boxes.push((Vec3::splat(1e12), Vec3::splat(1e12 + 1e6)));
     in_time("beside a far one", &boxes, 0.5, Some(BOXES));
 }
+
+/// Long sticks, half of them along x and half along y, in four layers: their boxes cross, but none is near another.
+fn woven(count: usize) -> Vec<Triangle> {
+    let long = 2.0 * count as f32;
+    let stick = |number: usize| {
+        let layer = (number % 2 + 2 * (number / 2 % 2)) as f32;
+        let at = (2 * number) as f32;
+        if number.is_multiple_of(2) {
+            let a = Vec3::new(0.0, at, layer);
+            Triangle::new(a, a + Vec3::X * long, a + Vec3::new(long, 0.01, 0.0))
+        } else {
+            let a = Vec3::new(at, 0.0, layer);
+            Triangle::new(a, a + Vec3::Y * long, a + Vec3::new(0.01, long, 0.0))
+        }
+    };
+    (0..count).map(stick).collect()
+}
+
+#[test]
+fn a_search_that_would_compare_all_pairs_ends_at_its_bound() {
+    let options = Options { proximity: 1e-6, ..Options::default() };
+    for (count, is_cut_short) in [(2_000, false), (30_000, true)] {
+        let triangles = woven(count);
+        let mut scratch = vec![Block::ZERO; Block::count(cluster::scratch_capacity(count))];
+        let scene = Scene::new(&triangles);
+        let clusters = cluster::find(&scene, &options, Block::bytes(&mut scratch)).expect("memory");
+        assert_eq!(clusters.is_cut_short(), is_cut_short, "{count}");
+        // Those that it did not compare are apart, and so are those that it did.
+        assert_eq!(clusters.count(), count);
+    }
+}

@@ -1,4 +1,5 @@
-//! A balanced binary tree of boxes, for nearest-neighbour searches.
+//! The order of boxes along a Morton curve; and a balanced binary tree of boxes in this order, for nearest-neighbour
+//! searches.
 //!
 //! ```text
 //!            1               root
@@ -29,20 +30,20 @@ use crate::memory::{
 ///
 /// # Measured
 /// - 4 to 8 took the same time.
-const GROUP: usize = 4;
+const LEAF_BOXES: usize = 4;
 
 /// Node over some members.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct BoxNode {
-    /// The box around the members below that count.
+    /// The box around the members below that take part: `join` leaves out those that it has joined.
     pub bounds: Aabb,
-    /// The lowest member below that counts; `u32::MAX` if there is none.
+    /// The lowest member below that takes part; `u32::MAX` if there is none.
     pub lowest: u32,
 }
 
 impl BoxNode {
-    /// A node below which no member counts.
+    /// A node below which no member takes part.
     const EMPTY: Self = Self { bounds: Aabb::EMPTY, lowest: u32::MAX };
 
     fn union(self, other: Self) -> Self {
@@ -113,7 +114,7 @@ pub(super) struct BoxTree<'t> {
 
 impl<'t> BoxTree<'t> {
     const fn node_count(count: usize) -> usize {
-        2 * count.div_ceil(GROUP).next_power_of_two()
+        2 * count.div_ceil(LEAF_BOXES).next_power_of_two()
     }
 
     /// Sorts `members` (indices into `boxes`) along the curve. `None` if the scratch is too small.
@@ -192,7 +193,7 @@ impl<'t> BoxTree<'t> {
         Some(())
     }
 
-    /// Builds a tree over `members` (indices into `boxes`) in their order, that of [`BoxTree::sort`]. All count. `None`
+    /// Builds a tree over `members` (indices into `boxes`) in their order, that of [`BoxTree::sort`]. All take part. `None`
     /// if the scratch is too small.
     pub fn build(
         boxes: &'t [Aabb],
@@ -209,13 +210,13 @@ impl<'t> BoxTree<'t> {
         Some(tree)
     }
 
-    /// Recomputes one node from its children, or, for a group, from those members for which `counts` is true.
-    fn refresh(&mut self, node: NodeRef, counts: impl Fn(u32) -> bool) {
+    /// Recomputes one node from its children, or, for a group, from those members for which `takes_part` is true.
+    fn refresh(&mut self, node: NodeRef, takes_part: impl Fn(u32) -> bool) {
         let all = if let Some((left, right)) = self.children(node) {
             let below = |child| self.node(child).copied().unwrap_or(BoxNode::EMPTY);
             below(left).union(below(right))
         } else {
-            let members = self.group(node).iter().copied().filter(|&member| counts(member));
+            let members = self.group(node).iter().copied().filter(|&member| takes_part(member));
             let nodes = members.map(|lowest| BoxNode { bounds: *self.box_of(lowest), lowest });
             nodes.fold(BoxNode::EMPTY, BoxNode::union)
         };
@@ -223,11 +224,11 @@ impl<'t> BoxTree<'t> {
     }
 
     /// Recomputes the nodes from the group of the member at `position` on the curve up to the root. Only members for
-    /// which `counts` is true count.
-    pub fn refresh_above(&mut self, position: usize, counts: impl Fn(u32) -> bool) {
-        let mut next = Some(NodeRef((self.groups + position / GROUP) as u32));
+    /// which `takes_part` is true do.
+    pub fn refresh_above(&mut self, position: usize, takes_part: impl Fn(u32) -> bool) {
+        let mut next = Some(NodeRef((self.groups + position / LEAF_BOXES) as u32));
         while let Some(node) = next {
-            self.refresh(node, &counts);
+            self.refresh(node, &takes_part);
             next = node.parent();
         }
     }
@@ -244,8 +245,8 @@ impl<'t> BoxTree<'t> {
 
     /// The members of a group.
     pub fn group(&self, node: NodeRef) -> &[u32] {
-        let start = (node.0 as usize).saturating_sub(self.groups) * GROUP;
-        let end = (start + GROUP).min(self.members.len());
+        let start = (node.0 as usize).saturating_sub(self.groups) * LEAF_BOXES;
+        let end = (start + LEAF_BOXES).min(self.members.len());
         self.members.get(start..end).unwrap_or(&[])
     }
 

@@ -44,6 +44,7 @@ pub struct Clusters<'s> {
     ends: &'s [u32],
     classes: &'s [u32],
     class_count: u32,
+    is_cut_short: bool,
 }
 
 impl Clusters<'_> {
@@ -55,6 +56,12 @@ impl Clusters<'_> {
     /// The number of size classes that the primitives fell into; 0 for an empty scene.
     pub fn class_count(&self) -> u32 {
         self.class_count
+    }
+
+    /// True if the search ended at the bound of its work, so that some primitives which are near each other may be in
+    /// two clusters. See [`find`].
+    pub fn is_cut_short(&self) -> bool {
+        self.is_cut_short
     }
 
     /// The size class of each cluster; 0 is the class of the smallest primitives.
@@ -94,8 +101,13 @@ pub const fn scratch_capacity(triangle_count: usize) -> usize {
 
 /// Finds the clusters of a scene.
 ///
-/// The result depends on the scene, [`Options::proximity`] and [`Options::size_classes`] only. Cost: near-linear, by
-/// sorting and a tree of boxes.
+/// Two primitives are in one cluster if they are of one size class, and a chain of primitives leads from one to the other
+/// in which each box is at most `delta` from the next: [`Options::proximity`] times the median box diagonal of the class.
+///
+/// The result depends on the scene, `Options::proximity` and [`Options::size_classes`] only. Cost: near-linear, by
+/// sorting and a tree of boxes; at most a multiple of `n log n`, which [`Options::work_limit`] does not count. Where long
+/// boxes cross in layers that are further apart than `delta`, by the ten thousand, the tree tells too little. There the
+/// search ends at its bound, and [`Clusters::is_cut_short`]. No hit depends on the clusters.
 ///
 /// # Errors
 /// [`BuildError::ScratchFull`] below [`scratch_capacity`] bytes, [`BuildError::Misaligned`], and the errors of the
@@ -163,7 +175,8 @@ pub(crate) fn whole<'s>(
     }
     ends.fill(count as u32);
     let class_count = ends.len() as u32;
-    Some((Clusters { order, ends, classes: &[], class_count }, arena.into_rest()))
+    let clusters = Clusters { order, ends, classes: &[], class_count, is_cut_short: false };
+    Some((clusters, arena.into_rest()))
 }
 
 /// Finds the clusters as [`find`] does, and returns the scratch that is left. `None` if the scratch is too small.
@@ -182,13 +195,15 @@ pub(crate) fn detect<'s>(
     let found = divide(scene, options, order, ends, classes, Arena::new(&mut *rest)?, executor)?;
     let ends = ends.get(..found.cluster_count as usize)?;
     let classes = classes.get(..found.cluster_count as usize).unwrap_or_default();
-    Some((Clusters { order, ends, classes, class_count: found.class_count }, rest))
+    let Found { class_count, is_cut_short, .. } = found;
+    Some((Clusters { order, ends, classes, class_count, is_cut_short }, rest))
 }
 
-/// Result of [`divide`]: the number of clusters and of size classes.
-struct ClusterCounts {
+/// Result of [`divide`].
+struct Found {
     cluster_count: u32,
     class_count: u32,
+    is_cut_short: bool,
 }
 
 /// Fills the lists of a partition, each as long as there are triangles; `classes` may be empty.
@@ -202,7 +217,7 @@ fn divide(
     classes: &mut [u32],
     mut arena: Arena<'_>,
     executor: &impl Executor,
-) -> Option<ClusterCounts> {
+) -> Option<Found> {
     let triangles = scene.triangles;
     let count = triangles.len();
 
@@ -245,11 +260,13 @@ fn divide(
     // 3. Find the connected components of each class.
     let table = scratch.arena()?.take::<u32>(2 * count)?;
     corners::join_at_corners(triangles, primitive_of, class_of, component, table);
+    let mut is_cut_short = false;
     for class in size_classes {
         let members = sorted.get_mut(class.run)?;
         let proximity = f64::from(options.proximity);
         let delta_squared = proximity * proximity * class.typical_size_squared;
-        proximity::connect(boxes, members, delta_squared, component, &mut scratch, executor)?;
+        is_cut_short |=
+            proximity::connect(boxes, members, delta_squared, component, &mut scratch, executor)?;
     }
 
     // 4. Number the components in the order of their lowest triangle, and list the triangles of each.
@@ -282,5 +299,5 @@ fn divide(
         *order.get_mut(*offset as usize)? = at as u32;
         *offset += 1;
     }
-    Some(ClusterCounts { cluster_count, class_count })
+    Some(Found { cluster_count, class_count, is_cut_short })
 }

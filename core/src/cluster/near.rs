@@ -1,4 +1,5 @@
-//! "At most delta apart", for boxes in lanes: of two boxes, or of one box and a group of eight.
+//! "At most delta apart", for boxes in lanes: of two boxes, or of one box and a group of eight. See [`find`](super::find)
+//! for delta.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
@@ -90,13 +91,14 @@ pub(super) struct Nearness {
 
 /// Relative margin of squares in `f32`: 2^-20.
 const MARGIN: f32 = 9.536_743e-7;
-/// Least square of delta for which `f32` decides anything.
+/// Least and largest square of delta for which `f32` decides anything.
 const LEAST: f64 = 1e-30;
+const LARGEST: f64 = 1e38;
 
 impl Nearness {
     pub fn new(delta_squared: f64) -> Self {
         let square = delta_squared as f32;
-        let (surely, surely_not) = if delta_squared > LEAST {
+        let (surely, surely_not) = if delta_squared > LEAST && delta_squared < LARGEST {
             (square * (1.0 - MARGIN), square * (1.0 + MARGIN))
         } else {
             (0.0, f32::INFINITY)
@@ -154,7 +156,7 @@ mod tests {
     #[test]
     fn it_says_what_the_exact_gap_says() {
         let unit = Aabb::new(Vec3::ZERO, Vec3::ONE);
-        for delta in [0.0, 1e-20, 1e-3, 0.5, 1.0, 1e20, 1e30_f64] {
+        for delta in [0.0, 1e-20, 1e-3, 0.5, 1.0, 1.8446e19, 1e20, 1e30_f64] {
             let near = Nearness::new(delta * delta);
             for ulps in -40..=40 {
                 let gap = f32::from_bits((delta as f32).to_bits().saturating_add_signed(ulps));

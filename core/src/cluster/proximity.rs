@@ -37,7 +37,8 @@ pub(super) const fn scratch_bytes(count: usize) -> usize {
 
 /// Unites, in the union-find `component`, all members whose boxes are at most `delta` apart; its square is given.
 ///
-/// Reorders `members`. `None` if the scratch is too small.
+/// Reorders `members`. Tells whether the join was cut short: then some members are not united that should be. `None` if
+/// the scratch is too small.
 pub(super) fn connect(
     boxes: &[Aabb],
     members: &mut [u32],
@@ -45,16 +46,16 @@ pub(super) fn connect(
     component: &mut [u32],
     scratch: &mut Scratch<'_>,
     executor: &impl Executor,
-) -> Option<()> {
+) -> Option<bool> {
     let near = Nearness::new(delta_squared);
     // 1. Join neighbours on the curve, unless all members are one fragment already.
-    let Some(&first) = members.first() else { return Some(()) };
+    let Some(&first) = members.first() else { return Some(false) };
     flatten(component);
     let root_of =
         |component: &[u32], member: u32| component.get(member as usize).copied().unwrap_or(member);
     let lowest = root_of(component, first);
     if members.iter().all(|&member| root_of(component, member) == lowest) {
-        return Some(());
+        return Some(false);
     }
     BoxTree::sort(boxes, members, scratch)?;
     let box_of = |member: u32| boxes.get(member as usize).map_or(Box4::EMPTY, Box4::of);
@@ -132,7 +133,7 @@ pub(super) fn connect(
             unite(component, member, lowest);
         }
     }
-    Some(())
+    Some(part.is_cut_short)
 }
 
 /// Lists the members by component, in the order of the first member of each, and otherwise as they are. `starts` has a

@@ -18,8 +18,9 @@ const FORMAT: u32 = <WideBvh as Representation>::FORMAT;
 ///
 /// The bytes are those of [`Index::build`], wherever the build pauses. It is dropped to give it up.
 ///
-/// A value takes some 13 KB, most of it a stack for the largest depth; so keep it in a static or on a heap where stacks
-/// are small. Only the wide BVH can be built in slices: its hierarchy, and all other kinds, are built at once.
+/// A value takes some 13 KB, most of it a stack for the largest depth. It borrows the scene, the arena and the scratch, so
+/// they outlive it: a game keeps all four where its level lives, and firmware in `main`, above its loop. Only the wide BVH
+/// can be built in slices: its hierarchy, and all other kinds, are built at once.
 ///
 /// # Examples
 /// ```
@@ -65,6 +66,9 @@ impl<'a, 's> SlicedBuild<'a, 's> {
     /// Begins a build in the first bytes of `arena`, and does none of its work. Both slices begin at a multiple of
     /// [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes.
     ///
+    /// How long the index will be is known only once the triangles are sorted: mostly 50 to 60 bytes a triangle.
+    /// [`Index::capacity`] says it exactly, and takes nearly as long as a build.
+    ///
     /// # Errors
     /// [`BuildError::ScratchFull`] below [`scratch_capacity`](Self::scratch_capacity) bytes, [`BuildError::Misaligned`],
     /// [`BuildError::InvalidOption`], [`BuildError::HoldsTriangles`] if the scene lies beside a mesh,
@@ -96,11 +100,12 @@ impl<'a, 's> SlicedBuild<'a, 's> {
         Ok(Self { scene: *scene, arena, layout, checked: 0, words, error: None })
     }
 
-    /// Goes on with the build for about `looks` looks at a triangle, at least one, and tells whether it is done.
+    /// Goes on with the build for about `looks` looks at a triangle, at least one, and tells whether it is done. To write a
+    /// row of the index, 32 bytes, counts as a look.
     ///
     /// Cost: at most `looks` looks, and what is not divided: the sort of up to 512 triangles, mostly 4,000 looks and at
     /// most 20,000, or writing up to eight parts of the index of 4 KiB each. A whole build takes about twice as many
-    /// looks as [`Index::build`] has [steps](crate::Capacity::steps), and as much time.
+    /// looks as [`Index::build`] counts [steps](crate::Capacity::steps), and takes as long as it.
     ///
     /// # Measured
     /// - AMD EPYC, Zen 5: 4 to 10 ns a look; the longest step of 1,000 looks took 40 µs in scenes of 30,000 to 125,000
@@ -125,10 +130,8 @@ impl<'a, 's> SlicedBuild<'a, 's> {
         if self.checked < count || count == 0 {
             let end = self.checked.saturating_add(looks).min(count);
             self.scene.triangles.check_some(self.checked..end)?;
+            self.scene.check_objects(self.checked..end)?;
             looks -= end - self.checked;
-            if end == count {
-                self.scene.check_objects()?;
-            }
             self.checked = end;
         }
         // 2. Build the words.

@@ -1,5 +1,7 @@
 //! The scene: triangles, and what is known about them.
 
+use core::ops::Range;
+
 use super::Mesh;
 use crate::error::BuildError;
 use crate::geometry::{Ray, Triangle};
@@ -102,11 +104,11 @@ impl<'a> Scene<'a> {
     /// Checks that an index can be built from the scene.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
         self.triangles.check()?;
-        self.check_objects()
+        self.check_objects(0..self.triangles.len())
     }
 
-    /// Checks the objects.
-    pub(crate) fn check_objects(&self) -> Result<(), BuildError> {
+    /// Checks how many objects there are, and those of some triangles.
+    pub(crate) fn check_objects(&self, triangles: Range<usize>) -> Result<(), BuildError> {
         let given = self.triangles.len();
         let Some(objects) = self.objects else {
             return Ok(());
@@ -114,8 +116,10 @@ impl<'a> Scene<'a> {
         if objects.len() != given {
             return Err(BuildError::ObjectsMismatch { triangles: given, objects: objects.len() });
         }
-        match objects.iter().position(|&object| object as usize >= given) {
-            Some(triangle) => Err(BuildError::ObjectOutOfRange { triangle: triangle as u32 }),
+        let first = triangles.start;
+        let some = objects.get(triangles).unwrap_or_default();
+        match some.iter().position(|&object| object as usize >= given) {
+            Some(at) => Err(BuildError::ObjectOutOfRange { triangle: (first + at) as u32 }),
             None => Ok(()),
         }
     }
