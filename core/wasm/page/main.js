@@ -66,7 +66,7 @@ const ask = (call, argument) =>
 const setState = (state) => {
     document.body.dataset.state = state;
     const isReady = state === "ready";
-    for (const id of ["kind", "compare", "shoot", "level", "step"]) element(id).disabled = !isReady;
+    for (const id of ["kind", "compare", "forget", "shoot", "level", "step"]) element(id).disabled = !isReady;
 };
 
 const fail = (error) => {
@@ -294,6 +294,11 @@ element("compare").addEventListener("click", () =>
         }
     }),
 );
+
+element("forget").addEventListener("click", () => {
+    forgetRay();
+    drawTree(scene.tree);
+});
 
 element("stop").addEventListener("click", () => {
     progress.step({ stage: "compare", detail: "the last one" });

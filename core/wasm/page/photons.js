@@ -31,7 +31,7 @@ const normalAgainst = (positions, triangle, rays, at) => {
 export const shoot = (index, positions, { lamp, box: [lo, hi], count, seed }, found, progress) => {
     const numbers = new Numbers(seed);
     const size = lo.map((x, axis) => hi[axis] - x);
-    const off = OFF * Math.hypot(...size);
+    const off = OFF * Math.sqrt(size.reduce((sum, side) => sum + side * side, 0));
     const sum = { emitted: 0, rays: 0, hits: 0, reflected: 0, absorbed: 0, left: 0, stopped: 0 };
     while (sum.emitted < count) {
         let photons = Math.min(BATCH, count - sum.emitted);

@@ -239,7 +239,8 @@ export class View {
         bounces.forEach((bounce, at) => colours.set(shades[Math.min(bounce, shades.length - 1)], 3 * at));
         const geometry = this.#geometry(points);
         geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
-        const material = new THREE.PointsMaterial({ size: 2.2, sizeAttenuation: false, vertexColors: true });
+        const size = bounces.length > 300000 ? 1.2 : 2.2;
+        const material = new THREE.PointsMaterial({ size, sizeAttenuation: false, vertexColors: true });
         const cloud = new THREE.Points(geometry, material);
         cloud.frustumCulled = false;
         this.#put(name, cloud);

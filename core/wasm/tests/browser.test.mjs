@@ -8,6 +8,8 @@ import { test } from "node:test";
 import { fileURLToPath } from "node:url";
 
 import { load } from "../js/arboleda.js";
+import { shoot } from "../page/photons.js";
+import { make } from "../page/scenes.js";
 import { factsOf, ready, withPage } from "./browser.mjs";
 
 const groupsFile = fileURLToPath(new URL("../../ffi/examples/groups.obj", import.meta.url));
@@ -102,6 +104,20 @@ test("a built-in scene: ray, steps, cells, tree, photons, and every index", { ti
         assert.equal(of("rays"), of("emitted") + of("reflected"));
         assert.equal(of("hits"), of("reflected") + of("absorbed"));
         assert.ok(of("hits") > 5000);
+        // Node.js shoots the same ones.
+        const positions = make("groups");
+        const [lo, hi] = [0, 1].map(() => [0, 1, 2]);
+        for (const axis of [0, 1, 2]) {
+            const along = positions.filter((_, at) => at % 3 === axis);
+            [lo[axis], hi[axis]] = [along.reduce((a, b) => Math.min(a, b)), along.reduce((a, b) => Math.max(a, b))];
+        }
+        const lamp = [(lo[0] + hi[0]) / 2, hi[1] + Math.max(hi[0] - lo[0], hi[2] - lo[2]) / 2, (lo[2] + hi[2]) / 2];
+        const index = arboleda.build("lean-bvh", positions);
+        const job = { lamp, box: [lo, hi], count: 10000, seed: 1 };
+        const quiet = () => {};
+        const shot = shoot(index, positions, job, quiet, quiet);
+        index.free();
+        assert.deepEqual([of("rays"), of("hits"), of("left")], [shot.rays, shot.hits, shot.left]);
         await picture(page, "photons");
 
         // Another index answers the same ray.
@@ -112,6 +128,8 @@ test("a built-in scene: ray, steps, cells, tree, photons, and every index", { ti
         await page.waitForFunction(() => document.getElementById("walk").hidden);
         assert.equal((await factsOf(page)).hit, ray.hit);
         assert.equal(await page.locator("#level").isVisible(), false);
+        await page.locator("#forget").click();
+        assert.equal(await page.locator("#ray").isVisible(), false);
     }),
 );
 
