@@ -5,6 +5,7 @@ import { test } from "node:test";
 
 import { ArboledaError, load } from "../js/arboleda.js";
 import { codeOf } from "../js/errors.js";
+import { Heap } from "../js/memory.js";
 import { positions, rays } from "./scene.mjs";
 
 const arboleda = await load();
@@ -183,6 +184,34 @@ test("an index is free after free, and all memory is used again", () => {
     throws("INVALID_ARGUMENT", () => arboleda.build("octree", mesh.slice(1)));
     throws("TOO_MUCH_WORK", () => arboleda.build("octree", mesh, null, { workLimit: 5 }));
     assert.equal(arboleda.usedBytes, before);
+});
+
+test("blocks do not overlap, and neighbours that are free become one", () => {
+    const memory = new WebAssembly.Memory({ initial: 8, maximum: 8 });
+    const heap = new Heap(memory, 1000);
+    const whole = 8 * 65536 - 1024;
+    let state = 3;
+    const next = (below) => ((state = (Math.imul(state, 1664525) + 1013904223) >>> 0), (state >>> 8) % below);
+    for (let round = 0; round < 20; round += 1) {
+        const blocks = [];
+        for (let turn = 0; turn < 200; turn += 1) {
+            if (blocks.length > 0 && next(5) < 2) {
+                heap.give(blocks.splice(next(blocks.length), 1)[0][0]);
+            } else {
+                const bytes = next(3000);
+                const first = heap.take(bytes);
+                assert.equal(first % 64, 0);
+                assert.ok(first >= 1000 && first + bytes <= 8 * 65536);
+                for (const [other, length] of blocks) assert.ok(first + bytes <= other || other + length <= first);
+                blocks.push([first, bytes]);
+                if (next(4) === 0) heap.shrink(first, (blocks.at(-1)[1] = bytes >> 1));
+            }
+        }
+        for (const [first] of blocks) heap.give(first);
+        assert.equal(heap.usedBytes, 0);
+        heap.give(heap.take(whole));
+    }
+    throws("OUT_OF_MEMORY", () => heap.take(whole + 1));
 });
 
 test("the memory is the caller's: it grows, and other indices stay", async () => {
