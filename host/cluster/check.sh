@@ -47,14 +47,14 @@ same() {
     cmp "$1" "$2" || fail "$1 is not $2"
 }
 
-# The jobs: a name, the number of all photons, the file that is compared, how a run and a merge name it, and the command.
+# The jobs: a name, the number of all photons, the ending and the option of the file that is compared, and the command.
 jobs_of() {
     cat <<'JOBS'
 shoot 3000000 npy --out|shoot room.obj --up z --photons 3000000
 detp 20000 npy --out|irradiance room.obj --up z --photons 20000 --points points.npy
 map 20000 npy --out|irradiance room.obj --up z --photons 20000 --points points.npy --estimator photon-map
 picture 20000 pfm --out x.png --values|render room.obj --up z --photons 10000 --passes 2 --size 64 64
-gathered 20000 pfm --out x.png --values|render room.obj --up z --photons 20000 --size 64 64 --estimator photon-map --final-gather 4
+gathered 20000 pfm --out x.png --values|render room.obj --photons 20000 --size 64 64 --estimator photon-map --final-gather 4
 JOBS
 }
 

@@ -77,10 +77,10 @@ def main():
         # 2. Neighbours are merged as soon as all of them are there.
         while len(row) > AT_ONCE:
             groups = [row[first:first + AT_ONCE] for first in range(0, len(row), AT_ONCE)]
+            names = [f"level{level}-{number}-of-{len(groups)}.merged" for number in range(len(groups))]
             row = [
-                client.submit(merge, given.arboleda, group, str(folder / f"level{level}-{number}-of-{len(groups)}.merged"),
-                              pure=False, retries=3)
-                for number, group in enumerate(groups)
+                client.submit(merge, given.arboleda, group, str(folder / name), pure=False, retries=3)
+                for group, name in zip(groups, names)
             ]
             merged, level = merged + row, level + 1
         for done, future in enumerate(as_completed(parts), 1):

@@ -279,3 +279,32 @@ fn options_that_a_part_does_not_have_are_refused() {
         assert!(said.contains(problem), "{said}");
     }
 }
+
+#[test]
+fn checkpoints_of_light_give_the_bytes_of_one_run() {
+    let folder = folder();
+    let at = folder.path();
+    write_room(at);
+    for (command, out) in [
+        ("irradiance room.obj --photons 300k --points points.npy --quiet --out", "npy"),
+        (
+            "irradiance room.obj --photons 300k --points points.npy --quiet --estimator photon-map --out",
+            "npy",
+        ),
+        ("render room.obj --photons 90k --passes 3 --size 64 64 --quiet --out", "png"),
+    ] {
+        run(at, &format!("{command} whole.{out}"));
+        // A checkpoint after each range: the first has 65,536 photons.
+        let with = "--checkpoint job.checkpoint --checkpoint-every 0.1";
+        run(at, &format!("{command} job.{out} {with}"));
+        same_bytes(at, &format!("job.{out}"), &format!("whole.{out}"));
+        run(at, &format!("merge job.checkpoint --out merged.{out} --quiet"));
+        same_bytes(at, &format!("merged.{out}"), &format!("whole.{out}"));
+        fs::remove_file(at.join("job.checkpoint")).unwrap();
+    }
+    let said = refused(
+        at,
+        "irradiance room.obj --points points.npy --out e.npy --checkpoint c --load-map m --estimator photon-map",
+    );
+    assert!(said.contains("--load-map"), "{said}");
+}

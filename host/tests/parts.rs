@@ -2,10 +2,12 @@
 
 use std::fs;
 use std::path::Path;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 mod program;
 
-use program::{failure, folder, run_in, success};
+use program::{command_in, failure, folder, run_in, success};
 
 const SCENE: [&str; 6] = ["shoot", "--scene", "fig2", "--photons", "20k", "--quiet"];
 
@@ -112,4 +114,54 @@ fn torn_parts_and_wrong_ranges_are_refused() {
         assert!(said.contains(problem), "{said}");
         assert!(!at.join("x.part").exists());
     }
+}
+
+/// Shoots a job with a checkpoint, kills it once that is there, and returns what is still to be shot.
+fn killed(at: &Path, command: &[&str]) -> String {
+    let with = ["--checkpoint", "job.checkpoint", "--checkpoint-every", "0.1"];
+    let mut job = command_in(at, &[command, &with].concat()).spawn().expect("the program starts");
+    let begun = Instant::now();
+    while !at.join("job.checkpoint").exists() {
+        assert!(job.try_wait().unwrap().is_none(), "the job ended before its checkpoint");
+        assert!(begun.elapsed() < Duration::from_secs(100), "no checkpoint");
+        sleep(Duration::from_millis(2));
+    }
+    job.kill().unwrap();
+    job.wait().unwrap();
+    success(&run_in(at, &["merge", "job.checkpoint", "--missing"])).0
+}
+
+#[test]
+fn a_killed_job_goes_on_from_its_checkpoint() {
+    let folder = folder();
+    let at = folder.path();
+    let command = ["shoot", "--scene", "fig2", "--photons", "3M", "--quiet", "--index", "bvh"];
+    let left = killed(at, &[&command[..], &["--out", "job.npy", "--threads", "1"]].concat());
+    assert!(left.ends_with("..3000000\n") && !left.starts_with("0.."), "{left}");
+    let before = fs::read(at.join("job.checkpoint")).unwrap();
+    // Another job does not go on from it.
+    let with = ["--checkpoint", "job.checkpoint"];
+    let said = failure(&run_in(at, &[&command[..], &with, &["--seed", "2"]].concat()));
+    assert!(said.contains("checkpoint of another job: it has 1 as seed, not 2"), "{said}");
+    let range = ["--photon-range", "5k..3M", "--part", "x.part"];
+    let said = failure(&run_in(at, &[&command[..], &with, &range].concat()));
+    assert!(said.contains("not the first of 5000..3000000"), "{said}");
+    assert_eq!(fs::read(at.join("job.checkpoint")).unwrap(), before);
+
+    let go_on = [&command[..], &with, &["--out", "job.npy"]].concat();
+    let (shown, _) = success(&run_in(at, &go_on));
+    let (whole, _) = success(&run_in(at, &[&command[..], &["--out", "whole.npy"]].concat()));
+    assert_eq!(digest(&shown), digest(&whole));
+    assert_eq!(fs::read(at.join("job.npy")).unwrap(), fs::read(at.join("whole.npy")).unwrap());
+    // A job that is done has nothing left, and its checkpoint is a part.
+    assert_eq!(digest(&success(&run_in(at, &go_on)).0), digest(&whole));
+    assert_eq!(digest(&success(&run_in(at, &["merge", "job.checkpoint"])).0), digest(&whole));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_is_named() {
+    let folder = folder();
+    let said = failure(&run_in(folder.path(), &[&SCENE[..], &["--part", "/dev/full"]].concat()));
+    assert!(said.contains("cannot write /dev/full"), "{said}");
 }

@@ -14,7 +14,7 @@ use super::arguments::part::PartArguments;
 use super::arguments::values::file_ending_in;
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{arrow_to, bytes, count, duration, say};
-use super::parts::{MergeOutputs, Merged, PartWork, Team, recorded};
+use super::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
 use crate::bench::progress::photon_bar;
 use crate::density::{
     Estimate, Estimator, EstimatorError, Harvest, LightField, LightPiece, LightSums, PhotonSource,
@@ -22,7 +22,7 @@ use crate::density::{
 };
 use crate::files::output::{check_writable, write_npy};
 use crate::files::rays;
-use crate::parts::{Command, PartSums};
+use crate::parts::{JobKind, PartSums};
 use crate::photon::Digest;
 
 /// Estimate the irradiance at points of a NumPy file
@@ -83,9 +83,9 @@ impl Irradiance {
     ///
     /// # Errors
     /// If a file cannot be read or written, or the parts are of another job.
-    pub fn finish(&mut self, outputs: &MergeOutputs, merged: Merged) -> anyhow::Result<()> {
-        outputs.check_out(Command::Irradiance, &["npy"])?;
-        outputs.refuse(Command::Irradiance, &["--values"])?;
+    pub fn finish(&mut self, outputs: &MergeOutputs, merged: MergedJob) -> anyhow::Result<()> {
+        outputs.check_out(JobKind::Irradiance, &["npy"])?;
+        outputs.refuse(JobKind::Irradiance, &["--values"])?;
         self.out.clone_from(&outputs.out);
         self.part = PartArguments::NONE;
         self.lighting.estimator.load_map = None;
@@ -103,7 +103,7 @@ impl Irradiance {
         &self,
         arguments: &[OsString],
         team: Team,
-        merged: Option<Merged>,
+        merged: Option<MergedJob>,
     ) -> anyhow::Result<()> {
         let files =
             [&self.out, &self.lighting.estimator.save_map, &self.part.part, &self.part.checkpoint];
@@ -117,7 +117,7 @@ impl Irradiance {
         table: &rays::RayTable,
         arguments: &[OsString],
         team: Team,
-        mut merged: Option<Merged>,
+        mut merged: Option<MergedJob>,
     ) -> anyhow::Result<()> {
         let lit = LitScene::load(&self.scene, &self.lighting)?;
         // 1. Receivers: the rows that are valid.
@@ -132,7 +132,7 @@ impl Irradiance {
             let own = (source, &estimator);
             let job = || {
                 let places = vec![("points", described(&valid))];
-                lit.job(Command::Irradiance, &self.lighting, own, 1, places)
+                lit.job(JobKind::Irradiance, &self.lighting, own, 1, places)
             };
             if merged.is_none() && self.part.in_parts(team) {
                 let work = PartWork {

@@ -13,7 +13,7 @@ use crate::Threads;
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
 use crate::density::{Estimator, Harvest, Light, LightField, PhotonMap, PhotonSource};
-use crate::parts::{Command, Job};
+use crate::parts::{Job, JobKind};
 use crate::photon::Balance;
 use crate::scene::Model;
 
@@ -84,7 +84,7 @@ impl LitScene {
     /// If there are too many photons to have numbers.
     pub fn job(
         &self,
-        command: Command,
+        kind: JobKind,
         lighting: &LightingArguments,
         (source, estimator): (&PhotonSource<'_>, &Estimator),
         passes: u32,
@@ -94,7 +94,7 @@ impl LitScene {
         let mut all = lighting.estimator.described(estimator);
         all.extend(options.into_iter().map(|(name, value)| (name.to_owned(), value)));
         Ok(Job {
-            command,
+            kind,
             model: *self.model.digest().as_bytes(),
             triangles: self.model.triangles.len() as u64,
             photons: photons.context("--passes times --photons is beyond 64 bits")?,

@@ -14,13 +14,13 @@ use super::arguments::part::PartArguments;
 use super::arguments::values::{PIXELS, file_ending_in, number, whole};
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{arrow_to, bytes, count, duration, say};
-use super::parts::{MergeOutputs, Merged, PartWork, Team, recorded};
+use super::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
 use crate::bench::progress::{count_bar, photon_bar, together};
 use crate::density::{
     Bounces, Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius,
 };
 use crate::files::output::check_writable;
-use crate::parts::{Command, Job, PartSums};
+use crate::parts::{Job, JobKind, PartSums};
 use crate::render::{
     Film, Look, Passes, PictureLight, Progress, Quantity, Range, Sampling, Summary, Unit, paint,
     render, viewpoint, write_values,
@@ -145,9 +145,9 @@ impl Render {
     ///
     /// # Errors
     /// If a file cannot be read or written, or the parts are of another job.
-    pub fn finish(&mut self, outputs: &MergeOutputs, merged: Merged) -> anyhow::Result<()> {
-        outputs.check_out(Command::Render, &["png"])?;
-        outputs.refuse(Command::Render, &["--points"])?;
+    pub fn finish(&mut self, outputs: &MergeOutputs, merged: MergedJob) -> anyhow::Result<()> {
+        outputs.check_out(JobKind::Render, &["png"])?;
+        outputs.refuse(JobKind::Render, &["--points"])?;
         self.out.clone_from(&outputs.out);
         self.values.clone_from(&outputs.values);
         self.part = PartArguments::NONE;
@@ -163,7 +163,7 @@ impl Render {
         &self,
         arguments: &[OsString],
         team: Team,
-        merged: Option<Merged>,
+        merged: Option<MergedJob>,
     ) -> anyhow::Result<()> {
         let map = &self.lighting.estimator.save_map;
         let files = [&self.out, &self.values, map, &self.part.part, &self.part.checkpoint];
@@ -179,7 +179,7 @@ impl Render {
         &self,
         arguments: &[OsString],
         team: Team,
-        mut merged: Option<Merged>,
+        mut merged: Option<MergedJob>,
     ) -> anyhow::Result<()> {
         let lit = LitScene::load(&self.scene, &self.lighting)?;
         lit.with_source(&self.lighting, |source| -> anyhow::Result<_> {
@@ -240,7 +240,7 @@ impl Render {
             ("--final-gather", passes.final_gather.to_string()),
         ];
         let own = (&passes.source, &passes.estimator);
-        lit.job(Command::Render, &self.lighting, own, self.passes, options)
+        lit.job(JobKind::Render, &self.lighting, own, self.passes, options)
     }
 
     fn look(&self) -> Look {

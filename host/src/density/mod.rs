@@ -14,7 +14,6 @@ mod estimate;
 mod estimator;
 #[cfg(test)]
 pub(crate) mod fixtures;
-mod harvest;
 mod kernel;
 mod light_field;
 mod photon_map;
@@ -28,9 +27,8 @@ mod visible;
 pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
 pub use estimator::{Estimator, EstimatorError};
-pub use harvest::{CountsOf, Harvest, LightPiece, LightSums};
 pub use kernel::Kernel;
-pub use light_field::{Light, LightField, Work};
+pub use light_field::{CountsOf, Harvest, Light, LightField, LightPiece, LightSums, Work};
 pub use photon_map::{
     Deposits, Facing, Found, Gather, MapError, MapEstimator, Neighbourhood, PhotonMap,
 };

@@ -9,9 +9,9 @@ use thiserror::Error;
 use crate::photon::ShootOptions;
 use crate::scene::Model;
 
-/// Command whose photons a job shoots.
+/// Kind of a job: the command whose photons it shoots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Command {
+pub enum JobKind {
     /// Counts of each triangle.
     Shoot,
     /// Irradiance at points.
@@ -20,7 +20,7 @@ pub enum Command {
     Render,
 }
 
-impl fmt::Display for Command {
+impl fmt::Display for JobKind {
     /// Writes the name on the command line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -34,8 +34,8 @@ impl fmt::Display for Command {
 /// What the sums over photons depend on. Parts of equal jobs can be put together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Job {
-    /// Command.
-    pub command: Command,
+    /// Kind: the command that shoots the photons.
+    pub kind: JobKind,
     /// Digest of the triangles, materials and lights.
     pub model: [u8; 32],
     /// Number of triangles.
@@ -56,7 +56,7 @@ impl Job {
     /// The job of shooting photons from the lights of a model.
     pub fn of_shot(model: &Model, options: &ShootOptions) -> Self {
         Self {
-            command: Command::Shoot,
+            kind: JobKind::Shoot,
             model: *model.digest().as_bytes(),
             triangles: model.triangles.len() as u64,
             photons: options.photons,
@@ -69,8 +69,8 @@ impl Job {
 
     /// Says in what another job differs from this one; `None` if they are equal.
     pub fn difference(&self, other: &Self) -> Option<String> {
-        if self.command != other.command {
-            return Some(format!("photons for `{}`, not for `{}`", other.command, self.command));
+        if self.kind != other.kind {
+            return Some(format!("photons for `{}`, not for `{}`", other.kind, self.kind));
         }
         let numbers = [
             ("photons in all", self.photons, other.photons),

@@ -17,7 +17,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 pub use file::PartFile;
-pub use job::{Command, Job, Overlap, missing};
+pub use job::{Job, JobKind, Overlap, missing};
 
 use crate::density::{CountsOf, Harvest, LightSums};
 use crate::photon::{Balance, Digest, RangeSums};
@@ -83,13 +83,13 @@ impl PartSums {
     /// Tells whether these may be the sums of a range of the photons of a job.
     fn is_of(&self, photons: &Range<u64>, job: &Job) -> bool {
         match self {
-            Self::Shot(sums) => job.command == Command::Shoot && is_of_shot(sums, photons, job),
+            Self::Shot(sums) => job.kind == JobKind::Shoot && is_of_shot(sums, photons, job),
             Self::Light(sums) => {
                 let is_sound = |harvest: &Harvest, photons: &Range<u64>| {
                     is_balanced(&harvest.balance, photons) && harvest.is_of(job.triangles)
                 };
                 let per_pass = job.photons / u64::from(job.passes.max(1));
-                job.command != Command::Shoot && sums.is_of(photons, per_pass, is_sound)
+                job.kind != JobKind::Shoot && sums.is_of(photons, per_pass, is_sound)
             }
         }
     }

@@ -94,3 +94,23 @@ fn a_scene_without_light_has_parts_too() {
     let joined = join(parts(&model, &options, &[0, 10, 3_000])).unwrap();
     assert_eq!(joined.digest(&job), Some(shot.digest));
 }
+
+/// Takes the counts of parts out, adds them, and puts the sums into what is left, as several processes do.
+#[test]
+fn counts_that_are_added_apart_are_those_of_one_run() {
+    let (model, options) = room(5_000);
+    let all = join(parts(&model, &options, &[0, 1_000, 3_000, 5_000])).unwrap();
+    let mut added = vec![0; 2 * model.triangles.len()];
+    let rests = parts(&model, &options, &[0, 1_000, 3_000, 5_000]).into_iter().map(|mut part| {
+        for (of, counts) in part.sums.take_counts() {
+            assert_eq!(of, (0, 0));
+            added.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        }
+        part
+    });
+    let mut joined = join(rests.collect()).unwrap();
+    assert_ne!(joined, all);
+    joined.sums.put_counts((0, 0), &added);
+    joined.sums.put_counts((0, 1), &[]);
+    assert_eq!(joined, all);
+}

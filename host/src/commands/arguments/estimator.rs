@@ -119,8 +119,8 @@ impl EstimatorArguments {
         }
     }
 
-    /// Lists what estimates depend on beside their photons, each with a name: an estimator that these arguments gave, and
-    /// the light that counts.
+    /// Lists what estimates depend on beside their photons, each with a name: an estimator that these arguments gave,
+    /// and the light that counts.
     pub fn described(&self, estimator: &Estimator) -> Vec<(String, String)> {
         let mut all: Vec<(&str, String)> = Vec::new();
         let (kernel, domain) = match estimator {

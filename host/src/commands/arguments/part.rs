@@ -24,7 +24,8 @@ pub struct PartArguments {
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
     /// Seconds between two writes of the checkpoint
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = number(0.1..=1e6), requires = "checkpoint")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = number(0.1..=1e6),
+        requires = "checkpoint")]
     checkpoint_every: f32,
 }
 

@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
-use super::Merged;
+use super::MergedJob;
 use crate::commands::arguments::values::file_ending_in;
 use crate::commands::lit_scene::print_balance;
 use crate::commands::output::{count, say};
 use crate::commands::shoot::write_flux;
 use crate::commands::{Command, parse_recorded};
 use crate::files::output::check_writable;
-use crate::parts::{self, JobPart, PartFile, PartSums, missing};
+use crate::parts::{JobKind, JobPart, PartFile, PartSums, missing};
 use crate::photon::Digest;
 
 /// Put parts of a job together, which `shoot`, `irradiance` or `render` wrote with --part
@@ -66,7 +66,7 @@ impl MergeOutputs {
     ///
     /// # Errors
     /// If it has another.
-    pub fn check_out(&self, command: parts::Command, endings: &[&str]) -> anyhow::Result<()> {
+    pub fn check_out(&self, command: JobKind, endings: &[&str]) -> anyhow::Result<()> {
         let Some(path) = &self.out else { return Ok(()) };
         let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
         let known: Vec<String> = endings.iter().map(|ending| format!(".{ending}")).collect();
@@ -83,7 +83,7 @@ impl MergeOutputs {
     ///
     /// # Errors
     /// If one is given, by its name.
-    pub fn refuse(&self, command: parts::Command, options: &[&str]) -> anyhow::Result<()> {
+    pub fn refuse(&self, command: JobKind, options: &[&str]) -> anyhow::Result<()> {
         let given = [
             ("--values", self.values.is_some()),
             ("--save-map", self.save_map.is_some()),
@@ -165,9 +165,9 @@ impl Merge {
             return Ok(());
         }
         if let PartSums::Shot(sums) = &all.sums {
-            self.outputs.check_out(job.command, &["npy", "csv"])?;
+            self.outputs.check_out(job.kind, &["npy", "csv"])?;
             let none = ["--values", "--save-map", "--scene-file", "--points"];
-            self.outputs.refuse(job.command, &none)?;
+            self.outputs.refuse(job.kind, &none)?;
             if let Some(path) = out {
                 write_flux(path, &sums.hits, sums.balance.photon_flux())?;
                 log::info!("photons and flux of each triangle: {}", path.display());
@@ -179,7 +179,7 @@ impl Merge {
             return Ok(());
         }
         let is_used = self.part.is_none() || out.is_some() || values.is_some();
-        let (command, merged) = (parse_recorded(arguments)?, Merged { job: job.clone(), all });
+        let (command, merged) = (parse_recorded(arguments)?, MergedJob { job: job.clone(), all });
         match command {
             _ if !is_used => Ok(()),
             Command::Irradiance(mut irradiance) => irradiance.finish(&self.outputs, merged),

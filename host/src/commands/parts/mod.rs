@@ -8,4 +8,4 @@ pub use merge::{Merge, MergeOutputs, print_digest};
 pub use team::Team;
 #[cfg(feature = "mpi")]
 pub use team::{abort, join_ranks};
-pub use work::{Merged, PartWork, recorded};
+pub use work::{MergedJob, PartWork, recorded};

@@ -34,10 +34,10 @@ impl PartWork<'_> {
     ///
     /// # Errors
     /// If the job does not have these photons, they cannot be shot, or a file cannot be written.
-    pub fn run(&self, part: &PartArguments, team: Team) -> anyhow::Result<Option<Merged>> {
+    pub fn run(&self, part: &PartArguments, team: Team) -> anyhow::Result<Option<MergedJob>> {
         let Some(all) = self.gather(part, team)? else { return Ok(None) };
         let Some(path) = &part.part else {
-            return Ok(Some(Merged { job: self.job.clone(), all }));
+            return Ok(Some(MergedJob { job: self.job.clone(), all }));
         };
         let JobPart { photons, sums } = all;
         let Range { start, end } = photons;
@@ -71,14 +71,14 @@ pub fn recorded(arguments: &[OsString]) -> anyhow::Result<Vec<String>> {
 }
 
 /// A whole job in parts that were put together.
-pub struct Merged {
+pub struct MergedJob {
     /// The job.
     pub job: Job,
     /// The sums of all its photons.
     pub all: JobPart,
 }
 
-impl Merged {
+impl MergedJob {
     /// Returns the sums for estimates of a job, which is to be that of the parts.
     ///
     /// # Errors

@@ -11,10 +11,10 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::estimate::Sums;
-use super::estimator::EstimatorError;
-use super::photon_map::Deposits;
-use super::source::PhotonSource;
+use crate::density::estimate::Sums;
+use crate::density::estimator::EstimatorError;
+use crate::density::photon_map::Deposits;
+use crate::density::source::PhotonSource;
 use crate::photon::Balance;
 
 /// What a range of photons leaves behind for one light field.
@@ -194,5 +194,82 @@ impl LightSums {
         });
         let passes = self.pieces.windows(2).all(|pair| pair[0].pass < pair[1].pass);
         follow && passes && end == photons.end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sums of photons at two receivers, and those of direct light at one.
+    fn piece(pass: u32, photons: Range<u64>) -> LightPiece {
+        let sums = |weight: f32| {
+            let mut sums = Sums::default();
+            for photon in photons.clone() {
+                sums.add([weight, 0.5, photon as f32], 1.5);
+            }
+            sums
+        };
+        let harvest = |sums| Harvest { sums, ..Harvest::default() };
+        let all = harvest(vec![sums(0.25), sums(2.0)]);
+        LightPiece { pass, photons: photons.clone(), all, direct: Some(harvest(vec![sums(1.0)])) }
+    }
+
+    fn sums(pieces: impl IntoIterator<Item = LightPiece>) -> LightSums {
+        pieces.into_iter().fold(LightSums::default(), |mut all, piece| {
+            assert!(all.join(LightSums::of(piece)));
+            all
+        })
+    }
+
+    #[test]
+    fn sums_of_neighbours_are_those_of_all() {
+        let whole = sums([piece(0, 0..10), piece(1, 10..20)]);
+        let cut = sums([piece(0, 0..3), piece(0, 3..10), piece(1, 10..11), piece(1, 11..20)]);
+        assert_eq!(cut, whole);
+        let sound = |_: &Harvest, _: &Range<u64>| true;
+        assert!(whole.is_of(&(0..20), 10, sound));
+        for (photons, per_pass) in [(0..21, 10), (1..20, 10), (0..20, 9), (0..20, 20), (0..20, 0)] {
+            assert!(!whole.is_of(&photons, per_pass, sound), "{photons:?} {per_pass}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_follow_is_not_joined() {
+        let before = sums([piece(0, 0..3)]);
+        let fewer = |mut piece: LightPiece| {
+            piece.all.sums.pop();
+            piece
+        };
+        let without = |piece: LightPiece| LightPiece { direct: None, ..piece };
+        for other in
+            [piece(0, 4..6), piece(1, 4..6), fewer(piece(0, 3..6)), without(piece(0, 3..6))]
+        {
+            let mut joined = before.clone();
+            assert!(!joined.join(LightSums::of(other)));
+            assert_eq!(joined, before);
+        }
+    }
+
+    #[test]
+    fn counts_that_are_added_apart_are_those_of_all() {
+        let whole = sums([piece(0, 0..10), piece(1, 10..20)]);
+        let mut added = std::collections::BTreeMap::<CountsOf, Vec<u64>>::new();
+        let cut = [piece(0, 0..3), piece(0, 3..10), piece(1, 10..20)].map(|piece| {
+            let mut sums = LightSums::of(piece);
+            for (of, counts) in sums.take_counts() {
+                let own = added.entry(of).or_insert_with(|| vec![0; counts.len()]);
+                own.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+            }
+            sums
+        });
+        let mut joined = cut.into_iter().fold(LightSums::default(), |mut all, sums| {
+            assert!(all.join(sums));
+            all
+        });
+        for (of, counts) in added {
+            joined.put_counts(of, &counts);
+        }
+        assert_eq!(joined, whole);
     }
 }

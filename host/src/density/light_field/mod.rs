@@ -1,6 +1,8 @@
 //! Light field: estimates at many receivers, from photons that are shot, from a photon map, or from what photons left
 //! behind.
 
+mod harvest;
+
 use std::sync::{Mutex, PoisonError};
 
 use arboleda::{IndexKind, RayIndex};
@@ -8,13 +10,13 @@ use rayon::prelude::*;
 
 use super::estimate::{Estimate, Sums};
 use super::estimator::{Estimator, EstimatorError};
-use super::harvest::Harvest;
 use super::photon_map::PhotonMap;
 use super::receiver::Receiver;
 use super::source::PhotonSource;
 use super::tangent_plane::{Discs, Domain, TangentPlane};
 use super::visible::Fan;
 use crate::photon::Balance;
+pub use harvest::{CountsOf, Harvest, LightPiece, LightSums};
 
 /// Where the light of a field comes from.
 pub enum Light {
