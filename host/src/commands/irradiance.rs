@@ -17,8 +17,8 @@ use super::output::{arrow_to, bytes, count, duration, say};
 use super::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
 use crate::bench::progress::photon_bar;
 use crate::density::{
-    Estimate, Estimator, EstimatorError, Harvest, LightField, LightPiece, LightSums, PhotonSource,
-    Receiver, Work,
+    DiscCounter, Estimate, Estimator, EstimatorError, Fan, Harvest, LightPiece, LightSums,
+    PhotonSource, Receiver, Work,
 };
 use crate::files::output::{check_writable, write_npy};
 use crate::files::rays;
@@ -135,13 +135,15 @@ impl Irradiance {
                 lit.job(JobKind::Irradiance, &self.lighting, own, 1, places)
             };
             if merged.is_none() && self.part.in_parts(team) {
+                let fan = Fan::default();
+                let counter = DiscCounter::new(&valid, &fan);
                 let work = PartWork {
                     job: job()?,
                     arguments: recorded(arguments)?,
                     index: lit.index_name,
                     shoot: &|photons, progress| {
                         let source = PhotonSource { photons, ..source.clone() };
-                        Ok(PartSums::Light(harvest(source, &estimator, &lit, &valid, progress)?))
+                        Ok(PartSums::Light(harvest(&source, &estimator, &lit, &counter, progress)?))
                     },
                 };
                 merged = work.run(&self.part, team)?;
@@ -213,23 +215,21 @@ impl Irradiance {
     }
 }
 
-/// Shoots the photons of a source and keeps what they leave behind for estimates at receivers.
+/// Shoots the photons of a source and keeps what they leave behind for estimates at the receivers of a counter.
 fn harvest(
-    source: PhotonSource<'_>,
+    source: &PhotonSource<'_>,
     estimator: &Estimator,
     lit: &LitScene,
-    receivers: &[Receiver],
+    counter: &DiscCounter<'_>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<LightSums, EstimatorError> {
-    let photons = source.photons.clone();
     let all = match *estimator {
-        Estimator::PhotonMap(..) => Harvest::of_hits(&source, &progress)?,
+        Estimator::PhotonMap(..) => Harvest::of_hits(source, &progress)?,
         Estimator::TangentPlane(plane) => {
-            let field = LightField::keeping(source, plane, lit.disc_kind)?;
-            field.estimates(receivers, &progress, &|_| {})?;
-            field.into_harvest()
+            counter.harvest(source, plane, lit.disc_kind, &progress)?
         }
     };
+    let photons = source.photons.clone();
     Ok(LightSums::of(LightPiece { pass: 0, photons, all, direct: None }))
 }
 

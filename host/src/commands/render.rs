@@ -195,12 +195,15 @@ impl Render {
                 passes: self.passes,
             };
             if merged.is_none() && self.part.in_parts(team) {
+                let ground = passes.ground();
+                let counter = ground.counter();
                 let work = PartWork {
                     job: self.job(&lit, &passes)?,
                     arguments: recorded(arguments)?,
                     index: lit.index_name,
                     shoot: &|photons, progress| {
-                        Ok(PartSums::Light(passes.harvest(&photons, &progress)?))
+                        let sums = passes.harvest(counter.as_ref(), &photons, &progress)?;
+                        Ok(PartSums::Light(sums))
                     },
                 };
                 merged = work.run(&self.part, team)?;

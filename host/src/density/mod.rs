@@ -28,7 +28,9 @@ pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
 pub use estimator::{Estimator, EstimatorError};
 pub use kernel::Kernel;
-pub use light_field::{CountsOf, Harvest, Light, LightField, LightPiece, LightSums, Work};
+pub use light_field::{
+    CountsOf, DiscCounter, Harvest, Light, LightField, LightPiece, LightSums, Work,
+};
 pub use photon_map::{
     Deposits, Facing, Found, Gather, MapError, MapEstimator, Neighbourhood, PhotonMap,
 };

@@ -6,18 +6,47 @@ use super::gather::Gathering;
 use super::passes::{Pass, Passes, bands};
 use super::samples::TileSamples;
 use crate::density::{
-    Estimator, EstimatorError, Harvest, LightField, LightPiece, LightSums, PhotonSource,
-    TangentPlane,
+    DiscCounter, Estimator, EstimatorError, Fan, Harvest, LightField, LightPiece, LightSums,
+    PhotonSource, Receiver, TangentPlane,
 };
 
+/// What is the same for all ranges of a picture's photons: with DETP, its receivers.
+pub struct PictureGround {
+    /// All receivers, if they are counted at once.
+    receivers: Option<Vec<Receiver>>,
+    fan: Fan,
+}
+
+impl PictureGround {
+    /// Returns the counter of all receivers, if they are counted at once.
+    pub fn counter(&self) -> Option<DiscCounter<'_>> {
+        self.receivers.as_ref().map(|receivers| DiscCounter::new(receivers, &self.fan))
+    }
+}
+
 impl Passes<'_> {
-    /// Shoots a range of the photons of all passes, in the caller's pool. `progress` is called from any thread with
+    /// Finds what is the same for all ranges of the photons, in the caller's pool.
+    pub fn ground(&self) -> PictureGround {
+        let mut bands = bands(&self.camera, self.sampling);
+        let (first, more) = (bands.next(), bands.next());
+        let is_detp = matches!(self.estimator, Estimator::TangentPlane(_));
+        let at_once = is_detp && self.final_gather == 0 && more.is_none();
+        let PhotonSource { model, index, .. } = self.source;
+        let receivers = first.filter(|_| at_once).map(|band| {
+            TileSamples::of_rows(&self.camera, self.sampling, model, index, band).receivers
+        });
+        PictureGround { receivers, fan: Fan::default() }
+    }
+
+    /// Shoots a range of the photons of all passes, in the caller's pool. `counter` is that of the picture's
+    /// [`ground`](Self::ground). `progress` is called from any thread with
     /// numbers of photons; a photon counts as often as it is shot.
     ///
     /// # Errors
     /// [`EstimatorError`].
     pub fn harvest(
         &self,
+        counter: Option<&DiscCounter<'_>>,
         photons: &Range<u64>,
         progress: &(impl Fn(u64) + Sync),
     ) -> Result<LightSums, EstimatorError> {
@@ -30,7 +59,13 @@ impl Passes<'_> {
             }
             let source = PhotonSource { photons: photons.clone(), ..pass.source.clone() };
             let [all, direct] = match pass.estimator {
-                Estimator::TangentPlane(plane) => self.crossings(source, &pass, plane, progress)?,
+                Estimator::TangentPlane(plane) => match counter {
+                    Some(counter) => {
+                        let kind = self.disc_kind;
+                        [Some(counter.harvest(&source, plane, kind, progress)?), None]
+                    }
+                    None => self.crossings(source, &pass, plane, progress)?,
+                },
                 Estimator::PhotonMap(..) => {
                     let all = Harvest::of_hits(&source, progress)?;
                     let direct = match self.final_gather {
@@ -49,7 +84,7 @@ impl Passes<'_> {
         Ok(sums)
     }
 
-    /// Counts the photons of a source that cross the discs of a pass.
+    /// Counts the photons of a source that cross the discs of a pass, band by band.
     fn crossings(
         &self,
         source: PhotonSource<'_>,

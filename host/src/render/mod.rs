@@ -22,6 +22,7 @@ mod tests;
 mod viewpoint;
 
 pub use film::{Film, Pixel};
+pub use harvest::PictureGround;
 pub use output::{Look, Quantity, Range, Unit, exposure_of, paint, to_srgb, write_values};
 pub use passes::{Passes, PictureLight, Progress, RenderError, Summary, render};
 pub use samples::{PixelShare, Sampling, TileSamples};

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use anyhow::{Context, bail};
 
@@ -51,7 +52,9 @@ impl PartWork<'_> {
 
     /// Makes the header of a file of some of the photons.
     pub fn file(&self, photons: Range<u64>) -> PartFile {
-        let provenance = format!("{}; {}", self.index, Provenance::gather().line());
+        /// Of this process.
+        static PROVENANCE: LazyLock<String> = LazyLock::new(|| Provenance::gather().line());
+        let provenance = format!("{}; {}", self.index, *PROVENANCE);
         let (job, arguments) = (self.job.clone(), self.arguments.clone());
         PartFile { job, photons, arguments, provenance }
     }

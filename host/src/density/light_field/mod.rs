@@ -1,6 +1,7 @@
 //! Light field: estimates at many receivers, from photons that are shot, from a photon map, or from what photons left
 //! behind.
 
+mod disc_counter;
 mod harvest;
 
 use std::sync::{Mutex, PoisonError};
@@ -16,6 +17,7 @@ use super::source::PhotonSource;
 use super::tangent_plane::{Discs, Domain, TangentPlane};
 use super::visible::Fan;
 use crate::photon::Balance;
+pub use disc_counter::DiscCounter;
 pub use harvest::{CountsOf, Harvest, LightPiece, LightSums};
 
 /// Where the light of a field comes from.

@@ -174,6 +174,12 @@ impl<'r> Discs<'r> {
         self.options.estimate(&self.sums[receiver], area, photon_flux)
     }
 
+    /// Takes the sums of the receivers out, in their order; counting begins anew.
+    pub(in crate::density) fn take_sums(&mut self) -> Vec<Sums> {
+        let none = vec![Sums::default(); self.receivers.len()];
+        std::mem::replace(&mut self.sums, none)
+    }
+
     /// Returns the sums of the receivers, in their order, and the areas in which photons count.
     pub(in crate::density) fn into_sums(self) -> (Vec<Sums>, Vec<f64>) {
         let areas = self.options.areas(self.receivers.len(), &self.polygons);
