@@ -31,7 +31,7 @@ pub mod scene;
 pub mod studies;
 mod vector;
 
-pub use index::{Threads, TimedIndex, kind_by_name, kind_names, load_index, select_index};
+pub use index::{IndexFile, Threads, TimedIndex, kind_by_name, kind_names, select_index};
 
 /// Code of the package's page, compiled and run as a doctest.
 #[cfg(doctest)]

@@ -8,6 +8,7 @@ use crate::error::{BuildError, OpenError};
 use crate::geometry::Ray;
 use crate::input::{CostModel, Executor, Float64, Mesh, Options, Scene, Sequential};
 use crate::query::{AllHits, Counters, Hit};
+use crate::structure::Statistics;
 use crate::structure::sections::{MESH_BESIDE, format_of};
 
 impl IndexKind {
@@ -101,7 +102,7 @@ impl IndexKind {
     /// # Errors
     /// Any of [`OpenError`].
     pub fn from_bytes(self, bytes: &[u8]) -> Result<AnyIndex<'_>, OpenError> {
-        self.read(bytes, None)
+        self.read(bytes, None).map(|(index, _)| index)
     }
 
     /// Opens the bytes of an index of this kind that lies beside a mesh; see
@@ -114,7 +115,7 @@ impl IndexKind {
         bytes: &'a [u8],
         mesh: Mesh<'a>,
     ) -> Result<AnyIndex<'a>, OpenError> {
-        self.read(bytes, Some(mesh))
+        self.read(bytes, Some(mesh)).map(|(index, _)| index)
     }
 }
 
@@ -159,6 +160,30 @@ impl<'a> AnyIndex<'a> {
     /// ```
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, OpenError> {
         IndexKind::of_bytes(bytes)?.from_bytes(bytes)
+    }
+
+    /// Opens the bytes of an index, as [`AnyIndex::from_bytes`] does, and returns what it consists of: the validation
+    /// counts that anyway. A [`check`](AnyIndex::check) afterwards would validate them again.
+    ///
+    /// # Errors
+    /// Any of [`OpenError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use arboleda::{AnyIndex, IndexKind, Block, Options, Scene, Triangle, Vec3};
+    ///
+    /// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    /// let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
+    /// let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+    /// let built = IndexKind::Linear.build(&Scene::new(&triangles), &Options::DEFAULT, arena, scratch)?;
+    ///
+    /// let (opened, statistics) = AnyIndex::from_bytes_counted(built.as_bytes())?;
+    /// assert_eq!(statistics.references, 1);
+    /// assert_eq!(statistics, opened.check()?);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn from_bytes_counted(bytes: &'a [u8]) -> Result<(Self, Statistics), OpenError> {
+        IndexKind::of_bytes(bytes)?.read(bytes, None)
     }
 
     /// Opens the bytes of an index of any kind that lies [beside](crate::Scene::beside) a mesh; see

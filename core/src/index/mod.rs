@@ -250,7 +250,7 @@ impl<'a, R: Representation> Index<'a, R> {
     /// # Errors
     /// Any of [`OpenError`].
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, OpenError> {
-        Self::read(bytes, None)
+        Self::read(bytes, None).map(|(index, _)| index)
     }
 
     /// Opens the bytes of an index that was built [beside](Scene::beside) a mesh; see [`Index::from_bytes`]. Takes the
@@ -262,18 +262,22 @@ impl<'a, R: Representation> Index<'a, R> {
     /// # Errors
     /// Any of [`OpenError`].
     pub fn from_bytes_beside(bytes: &'a [u8], mesh: Mesh<'a>) -> Result<Self, OpenError> {
-        Self::read(bytes, Some(mesh))
+        Self::read(bytes, Some(mesh)).map(|(index, _)| index)
     }
 
-    pub(super) fn read(bytes: &'a [u8], mesh: Option<Mesh<'a>>) -> Result<Self, OpenError> {
+    /// Opens the bytes of an index, and returns what the validation counted.
+    pub(super) fn read(
+        bytes: &'a [u8],
+        mesh: Option<Mesh<'a>>,
+    ) -> Result<(Self, Statistics), OpenError> {
         let sections = Sections::parse(bytes, mesh)?;
         let found = sections.kind() & !MESH_BESIDE;
         if found != R::FORMAT {
             return Err(OpenError::OtherKind { expected: R::FORMAT, found });
         }
         let index = Self::of_checked(sections);
-        index.check()?;
-        Ok(index)
+        let statistics = index.check()?;
+        Ok((index, statistics))
     }
 
     /// Wraps sections whose words are known to hold such an index, or are about to be checked.

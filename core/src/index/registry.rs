@@ -225,10 +225,10 @@ macro_rules! registry {
                 self,
                 bytes: &'a [u8],
                 mesh: Option<Mesh<'a>>,
-            ) -> Result<AnyIndex<'a>, OpenError> {
+            ) -> Result<(AnyIndex<'a>, Statistics), OpenError> {
                 match self {
                     $($(#[cfg($included)] Self::$variant => {
-                        Index::read(bytes, mesh).map(AnyIndex::$variant)
+                        Index::read(bytes, mesh).map(|(index, statistics)| (AnyIndex::$variant(index), statistics))
                     })*)*
                 }
             }

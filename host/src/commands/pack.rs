@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use arboleda::OwnedIndex;
+use arboleda::AnyIndex;
+use arboleda::Statistics;
 use clap::Args;
 
 use super::arguments::values::file_ending_in;
@@ -10,7 +11,7 @@ use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index}
 use super::output::{bytes, count, say};
 use crate::bench::progress::during;
 use crate::files::output::{check_writable, write_file};
-use crate::{Threads, load_index};
+use crate::{IndexFile, Threads};
 
 /// Write the index of a scene to a file; the scene is not needed any more
 ///
@@ -42,7 +43,8 @@ impl Pack {
         let kind = self.index.kind(&scene, &options)?;
         let owned = build_index(kind, &scene, &options, &Threads::default())?;
         write_file(&self.out, |file| file.write_all(owned.as_bytes()))?;
-        describe_index(&self.out, &owned)?;
+        let index = owned.index();
+        describe_index(&self.out, &index, &index.check()?);
         if model.origin != [0.0; 3] {
             let [x, y, z] = model.origin;
             log::warn!(
@@ -58,20 +60,22 @@ impl Pack {
 /// # Errors
 /// If the file cannot be read, or is not an index.
 pub fn describe_file(path: &Path) -> anyhow::Result<()> {
-    describe_index(path, &during("reading the index", || load_index(path))?)
+    let file = IndexFile::open(path)?;
+    let (index, parts) = during("reading the index", || file.index())?;
+    describe_index(path, &index, &parts);
+    Ok(())
 }
 
-fn describe_index(path: &Path, owned: &OwnedIndex) -> anyhow::Result<()> {
-    let index = owned.index();
-    let (sections, parts) = (index.sections(), index.check()?);
+fn describe_index(path: &Path, index: &AnyIndex<'_>, parts: &Statistics) {
+    let sections = index.sections();
     say!(
         "{}: {}, {} triangles in {} cluster{}, {}",
         path.display(),
-        owned.kind().name(),
+        index.kind().name(),
         count(sections.triangle_count().into()),
         count(sections.cluster_count().into()),
         if sections.cluster_count() == 1 { "" } else { "s" },
-        bytes(owned.as_bytes().len())
+        bytes(index.as_bytes().len())
     );
     say!(
         "{} inner nodes, {} leaves, {} references, level {}",
@@ -81,6 +85,5 @@ fn describe_index(path: &Path, owned: &OwnedIndex) -> anyhow::Result<()> {
         parts.deepest_level
     );
     // Validation tells whether an index does harm, not whether it was changed on its way.
-    say!("BLAKE3 {}", blake3::hash(owned.as_bytes()));
-    Ok(())
+    say!("BLAKE3 {}", blake3::hash(index.as_bytes()));
 }

@@ -6,6 +6,6 @@ mod threads;
 mod timed_index;
 
 pub use automatic::select_index;
-pub use index_file::load_index;
+pub use index_file::IndexFile;
 pub use threads::Threads;
 pub use timed_index::{TimedIndex, kind_by_name, kind_names};

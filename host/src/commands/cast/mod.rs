@@ -5,7 +5,7 @@ mod hit_files;
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
-use arboleda::{BATCH_SCRATCH, Hit, IndexKind, OwnedIndex, Ray, RayError, RayIndex};
+use arboleda::{AnyIndex, BATCH_SCRATCH, Hit, Ray, RayError, RayIndex};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ use crate::bench::progress::during;
 use crate::files::output::{check_writable, write_npy};
 use crate::files::rays::{self, RayTable};
 use crate::scene::Model;
-use crate::{Threads, TimedIndex, load_index};
+use crate::{IndexFile, Threads, TimedIndex};
 use hit_files::{HitRecord, normals, write_objects, write_points};
 
 /// Rays of the sample for the automatic selection of an index, evenly spread over the file.
@@ -110,7 +110,7 @@ impl Cast {
             let build = || TimedIndex::build_with(kind, &scene, &options, &Threads::default());
             let owned = during(&format!("building {}", kind.name()), build)
                 .map_err(|error| unbuilt(&error))?;
-            self.answer(kind, &owned, &rays, &model)?;
+            self.answer(&owned.index(), &rays, &model)?;
         }
         Ok(())
     }
@@ -124,14 +124,15 @@ impl Cast {
         );
         let rays = table.rays([0.0; 3]);
         report_refused(&rays);
-        let owned = during("reading the index", || load_index(path))?;
-        let name = owned.kind().name();
+        let file = IndexFile::open(path)?;
+        let (index, _) = during("reading the index", || file.index())?;
+        let name = index.kind().name();
         ensure!(
-            !self.index.is_all() && self.index.named().is_none_or(|kind| kind == owned.kind()),
+            !self.index.is_all() && self.index.named().is_none_or(|kind| kind == index.kind()),
             "{} is the index {name}; --index names another",
             path.display()
         );
-        self.answer(owned.kind(), &owned, &rays, &Model::default())
+        self.answer(&index, &rays, &Model::default())
     }
 
     /// Lists the files that are written for each index.
@@ -159,13 +160,11 @@ impl Cast {
 
     fn answer(
         &self,
-        kind: IndexKind,
-        owned: &OwnedIndex,
+        index: &AnyIndex<'_>,
         rays: &[Result<Ray, RayError>],
         model: &Model,
     ) -> anyhow::Result<()> {
-        let index = owned.index();
-        let index = index.as_ray_index();
+        let (kind, index) = (index.kind(), index.as_ray_index());
         let start = std::time::Instant::now();
         let (records, offsets) = during("answering", || self.records(index, rays));
         let seconds = start.elapsed().as_secs_f64();

@@ -1,4 +1,5 @@
-//! The shared library, and one scene in it behind safe methods. All `unsafe` of the host is here.
+//! The shared library, and one scene in it behind safe methods. All `unsafe` of the host is here, but for the
+//! map of a file in `index/index_file.rs`.
 //!
 //! The library is opened once and never closed: its threads' storage does not survive that.
 //! Invariants of an [`EmbreeScene`]: it is committed and never changed again; scene and device are released
