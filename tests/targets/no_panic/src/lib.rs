@@ -15,9 +15,10 @@
 // The functions are linked but never called from C.
 #![allow(improper_ctypes_definitions)]
 
+mod input;
+
 use core::fmt::{self, Write};
 use core::panic::PanicInfo;
-use core::slice;
 
 // The exported functions of the C interface and of WebAssembly are linked as they are.
 use arboleda_ffi as _;
@@ -26,9 +27,11 @@ use arboleda_wasm as _;
 use arboleda::custom::{RaySpan, kernel, may_overlap};
 use arboleda::kinds::{Clustered, Octree};
 use arboleda::{
-    Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray,
-    RayError, Scene, SlicedBuild, Stored, Triangle, Vec3, clusters as cluster, intersect, select,
+    Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, Ray, SlicedBuild, Stored, Triangle,
+    Vec3, clusters as cluster, intersect, select,
 };
+
+use input::{Build, MeshParts, RayNumbers, Slice, kind, read, scene};
 
 unsafe extern "C" {
     /// Function without a definition, so that calling it is an error of the linker.
@@ -55,109 +58,6 @@ impl Write for Sink {
 fn message(error: impl fmt::Display) -> usize {
     let mut sink = Sink(0);
     write!(sink, "{error}").map_or(0, |()| sink.0)
-}
-
-/// Slice of the caller.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct Slice<T> {
-    first: *mut T,
-    count: usize,
-}
-
-impl<T> Slice<T> {
-    /// # Safety
-    /// `count` values must lie at `first`, and no other code may use them during `'a`.
-    unsafe fn get<'a>(self) -> &'a mut [T] {
-        // SAFETY: the caller fulfils the conditions of `Slice::get`.
-        unsafe { slice::from_raw_parts_mut(self.first, self.count) }
-    }
-}
-
-/// Numbers of a ray, which may be invalid.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct RayNumbers {
-    origin: Vec3,
-    direction: Vec3,
-    t_min: f32,
-    t_max: f32,
-}
-
-impl RayNumbers {
-    fn ray(self) -> Result<Ray, RayError> {
-        Ray::with_interval(self.origin, self.direction, self.t_min, self.t_max)
-    }
-}
-
-/// Mesh in either form, or none.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct MeshParts {
-    /// Form of the mesh: 0 for none, 1 for triangles, else vertices and corners.
-    form: u32,
-    triangles: Slice<Triangle>,
-    vertices: Slice<Vec3>,
-    corners: Slice<[u32; 3]>,
-}
-
-impl MeshParts {
-    /// # Safety
-    /// Each slice must fulfil the conditions of [`Slice::get`].
-    unsafe fn get<'a>(self) -> Option<Mesh<'a>> {
-        // SAFETY: the caller fulfils the conditions of `Slice::get`.
-        let (triangles, vertices, corners) =
-            unsafe { (self.triangles.get(), self.vertices.get(), self.corners.get()) };
-        match self.form {
-            0 => None,
-            1 => Some(Mesh::Triangles(triangles)),
-            _ => Some(Mesh::Indexed { vertices, corners }),
-        }
-    }
-}
-
-/// Input of a build.
-#[repr(C)]
-pub struct Build {
-    kind: usize,
-    mesh: MeshParts,
-    is_beside: u32,
-    objects: Slice<u32>,
-    has_objects: u32,
-    rays: Slice<Ray>,
-    options: Options,
-    arena: Slice<u8>,
-    scratch: Slice<u8>,
-}
-
-fn kind(number: usize) -> Option<IndexKind> {
-    IndexKind::ALL.get(number).copied()
-}
-
-/// Opens index bytes as a kind of index, beside a mesh if there is one.
-fn read<'a>(
-    number: usize,
-    bytes: &'a [u8],
-    mesh: Option<Mesh<'a>>,
-) -> Option<Result<AnyIndex<'a>, OpenError>> {
-    let kind = kind(number)?;
-    Some(match mesh {
-        Some(mesh) => kind.from_bytes_beside(bytes, mesh),
-        None => kind.from_bytes(bytes),
-    })
-}
-
-/// Makes the scene of a build.
-///
-/// # Safety
-/// Each slice must fulfil the conditions of [`Slice::get`].
-unsafe fn scene<'a>(input: &Build) -> Scene<'a> {
-    // SAFETY: the caller fulfils the conditions of `Slice::get`.
-    let (mesh, objects, rays) =
-        unsafe { (input.mesh.get(), input.objects.get(), input.rays.get()) };
-    let scene = Scene::of(mesh.unwrap_or(Mesh::EMPTY)).rays(rays);
-    let scene = if input.has_objects == 0 { scene } else { scene.objects(objects) };
-    if input.is_beside == 0 { scene } else { scene.beside() }
 }
 
 /// Computes the capacity of an index, and builds it. The result depends on all outputs, so none is optimised away.
