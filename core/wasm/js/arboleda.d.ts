@@ -229,7 +229,10 @@ export class Index {
 
     /** The tree that joins the clusters. */
     clusterTree(): ClusterTree;
-    /** The cells of an octree or octree-R, down to a level, at most `limit` of them. */
+    /**
+     * The cells of an octree or octree-R, down to a level, at most `limit` of them. Both are whole numbers from 0 to
+     * 2^32 - 1; by default there is no limit.
+     */
     cells(level: number, limit?: number): Cells;
     /** The nodes that a ray enters in an octree or octree-R, and the triangles that it tests. */
     path(origin: Vector, direction: Vector, tMin?: number, tMax?: number): Path;

@@ -1,7 +1,7 @@
 // An index that answers queries.
 
 import { ArboledaError, codeOf, invalid } from "./errors.js";
-import { SIZE, check, readHit, textAt, writeRay } from "./layout.js";
+import { SIZE, check, readHit, textAt, whole, writeRay } from "./layout.js";
 
 /** Rays of a batch that are in the memory at once: 6 MiB of rays and hits. */
 const BATCH = 131072;
@@ -29,7 +29,10 @@ export class Index {
         const { description } = room;
         exports.arb_describe(blocks[0], description);
         const [, byteCount, kind, triangleCount, clusterCount, beside] = heap.views.u32.subarray(description / 4);
-        Object.assign(this, { kind: kinds[kind], byteCount, triangleCount, clusterCount, beside: beside === 1 });
+        const facts = { kind: kinds[kind], byteCount, triangleCount, clusterCount, beside: beside === 1 };
+        // Not writable: queries take their room from them.
+        for (const [name, value] of Object.entries(facts))
+            Object.defineProperty(this, name, { value, enumerable: true });
     }
 
     get isFree() {
@@ -116,7 +119,8 @@ export class Index {
     }
 
     cells(level, limit = Infinity) {
-        if (!Number.isInteger(level) || level < 0) throw invalid(`level must be a whole number, and is ${level}`);
+        whole("level", level);
+        if (limit !== Infinity) whole("limit", limit);
         const ask = (to, room, total, error) =>
             this.#exports.arb_octree_cells(this.#handle, level, to, room, total, error);
         const { total } = this.#records(CELL_WORDS, 0, ask);

@@ -38,13 +38,15 @@ export const check = (heap, status, error) => {
 
 const isWhole = (value, most) => Number.isInteger(value) && value >= 0 && value <= most;
 
-const whole = (name, value, most = NONE) => {
-    if (!isWhole(value, most)) throw invalid(`${name} must be a whole number from 0 to ${most}, and is ${value}`);
+/** Checks a whole number. WebAssembly takes any number modulo 2^32, so one out of range would become another. */
+export const whole = (name, value, most = NONE) => {
+    if (!isWhole(value, most))
+        throw invalid(`${name} must be a whole number from 0 to ${most}, and is ${String(value)}`);
     return value;
 };
 
 const number = (name, value) => {
-    if (typeof value !== "number") throw invalid(`${name} must be a number, and is ${value}`);
+    if (typeof value !== "number") throw invalid(`${name} must be a number, and is ${String(value)}`);
     return value;
 };
 
@@ -151,11 +153,11 @@ export const writeRay = (heap, at, origin, direction, tMin, tMax) => {
     const { f32 } = heap.views;
     const first = at / 4;
     for (let axis = 0; axis < 3; axis += 1) {
-        f32[first + axis] = origin[axis];
-        f32[first + 3 + axis] = direction[axis];
+        f32[first + axis] = number("origin", origin[axis]);
+        f32[first + 3 + axis] = number("direction", direction[axis]);
     }
-    f32[first + 6] = tMin;
-    f32[first + 7] = tMax;
+    f32[first + 6] = number("tMin", tMin);
+    f32[first + 7] = number("tMax", tMax);
 };
 
 /** Reads a hit; `null` if nothing is hit. */

@@ -118,7 +118,38 @@ test("kinds without cells say so", () => {
     const index = arboleda.build("wide-bvh", mesh);
     throws("INVALID_OPTION", () => index.cells(3), { message: /octree/ });
     throws("INVALID_OPTION", () => index.path([0, 0, -200], [0, 0, 1]), { message: /octree/ });
-    throws("INVALID_ARGUMENT", () => index.cells(-1));
+    index.free();
+});
+
+test("a number that WebAssembly would take modulo 2^32 is refused", () => {
+    const index = arboleda.build("octree", mesh);
+    const { total } = index.cells(20);
+    assert.ok(total > 296, `${total}`);
+    for (const bad of [-4294967000, -1, 0.5, NaN, 4294967296, 4294967300, -Infinity, "3", null, 3n, Symbol("3")]) {
+        throws("INVALID_ARGUMENT", () => index.cells(20, bad), { message: /^limit must be a whole number/ });
+        throws("INVALID_ARGUMENT", () => index.cells(bad), { message: /^level must be a whole number/ });
+    }
+    throws("INVALID_ARGUMENT", () => index.cells(Infinity), { message: /level/ });
+    throws("INVALID_ARGUMENT", () => index.cells(), { message: /level/ });
+    assert.equal(index.cells(4294967295, 4294967295).count, total);
+    assert.equal(index.cells(20, Infinity).count, total);
+    assert.equal(index.cells(20, 0).count, 0);
+    // What queries take their room from cannot be changed from outside.
+    for (const name of ["clusterCount", "byteCount", "triangleCount", "kind", "beside"]) {
+        assert.throws(() => (index[name] = -4294967000), TypeError, name);
+    }
+    for (const bad of [null, "1", 1n, Symbol("1"), {}]) {
+        throws("INVALID_ARGUMENT", () => index.closestHit([0, bad, 0], [0, 0, 1]), { message: /origin/ });
+        throws("INVALID_ARGUMENT", () => index.occluded([0, 0, 0], [0, 0, bad]), { message: /direction/ });
+        throws("INVALID_ARGUMENT", () => index.allHits([0, 0, 0], [0, 0, 1], bad), { message: /tMin/ });
+        throws("INVALID_ARGUMENT", () => index.path([0, 0, 0], [0, 0, 1], 0, bad), { message: /tMax/ });
+    }
+    for (const bad of [-4294967295, 4294967297, 0.5]) {
+        for (const options of [{ leafCapacity: bad }, { sizeClasses: bad }, { resolution: { cells: [1, bad, 1] } }]) {
+            throws("INVALID_ARGUMENT", () => arboleda.build("octree", one, null, options));
+        }
+        throws("INVALID_ARGUMENT", () => arboleda.build("octree", one, null, { level: bad - 2147483648 }));
+    }
     index.free();
 });
 
