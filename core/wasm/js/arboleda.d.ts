@@ -34,7 +34,7 @@ export type Code =
     | "INVALID_ARGUMENT"
     /** The memory cannot grow by what is needed. */
     | "OUT_OF_MEMORY"
-    /** The file of the module could not be fetched. */
+    /** The module could not be read, fetched, compiled or started, or is not one of this package. */
     | "NOT_LOADED"
     /** The index was freed. */
     | "NOT_OPEN"
@@ -280,7 +280,10 @@ export interface Arboleda {
 export interface LoadOptions {
     /** False for the module without simd128; by default what {@link hasSimd128} says. */
     simd?: boolean;
-    /** A memory of the caller's, of at least 32 pages. The module uses all of it beyond its constants, and grows it. */
+    /**
+     * A memory of the caller's, of at least 32 pages, not shared. The module uses all of it, and grows it; so give each
+     * module its own. A memory that a module has is refused.
+     */
     memory?: WebAssembly.Memory;
     /** The module, or where it is; by default beside this package. */
     wasm?: URL | string | BufferSource | WebAssembly.Module;

@@ -8,55 +8,19 @@ import { ArboledaError, invalid } from "./errors.js";
 import { Index } from "./index.js";
 import { SIZE, check, measureMesh, textAt, writeMesh, writeOptions } from "./layout.js";
 import { Heap } from "./memory.js";
+import { hasSimd128, instantiate } from "./module.js";
 
-export { ArboledaError, Index };
+export { ArboledaError, Index, hasSimd128 };
 
 /** `ARB_ABI_VERSION` of the header that this module was written for. */
 const ABI_VERSION = 65536;
-/** Bytes of a page of a memory, and the fewest pages: the stack, the constants and some room. */
-const PAGE = 65536;
-const LEAST_PAGES = 32;
-/** Pages of a memory that is made here: 4 MiB. */
-const FIRST_PAGES = 64;
 /** Bytes a triangle that are enough for most indices. If they are not, the build says how many are, and runs again. */
 const LIKELY_BYTES = 80;
 
-/** A function that uses instructions of simd128: (func (result v128) i32.const 0 i8x16.splat i8x16.popcnt). */
-const SIMD128 = new Uint8Array([
-    0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
-]);
-
-/** Tells whether this machine runs the module with simd128. */
-export const hasSimd128 = () => WebAssembly.validate(SIMD128);
-
-/** Compiles the module from a URL, bytes or a response. */
-const compiled = async (wasm) => {
-    if (wasm instanceof WebAssembly.Module) return wasm;
-    if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
-    const url = wasm instanceof URL ? wasm : new URL(wasm, import.meta.url);
-    if (url.protocol === "file:" && globalThis.process?.versions?.node) {
-        const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ "node:fs/promises");
-        return WebAssembly.compile(await readFile(url));
-    }
-    const response = await fetch(url).catch((error) => {
-        throw new ArboledaError("NOT_LOADED", `${url} could not be fetched: ${error.message}`);
-    });
-    if (!response.ok) throw new ArboledaError("NOT_LOADED", `${url} answers ${response.status}`);
-    return WebAssembly.compile(await response.arrayBuffer());
-};
-
 /** Loads the module, with simd128 where the machine has it. */
-export const load = async ({ simd = hasSimd128(), memory, wasm } = {}) => {
-    const url = simd
-        ? new URL("../wasm/arboleda-simd128.wasm", import.meta.url)
-        : new URL("../wasm/arboleda.wasm", import.meta.url);
-    const module = await compiled(wasm ?? url);
-    const ours = memory ?? new WebAssembly.Memory({ initial: FIRST_PAGES });
-    if (ours.buffer.byteLength < LEAST_PAGES * PAGE) {
-        throw invalid(`memory must have ${LEAST_PAGES} pages or more, and has ${ours.buffer.byteLength / PAGE}`);
-    }
-    const instance = await WebAssembly.instantiate(module, { env: { memory: ours } });
-    return new Arboleda(instance.exports, ours, simd);
+export const load = async (options) => {
+    const { simd = hasSimd128(), memory, wasm } = options ?? {};
+    return instantiate({ simd, memory, wasm }, (exports, ours) => new Arboleda(exports, ours, simd));
 };
 
 /** A module with its memory. */

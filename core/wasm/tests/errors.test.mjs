@@ -39,11 +39,59 @@ test("the module is chosen by what the machine validates, and may come from anyw
     for (const wasm of [url, String(url), bytes, new Uint8Array(bytes).buffer, new WebAssembly.Module(bytes)]) {
         assert.equal((await load({ wasm, simd: false })).kinds.length, 19);
     }
-    const refused = (options, code) =>
-        assert.rejects(load(options), (error) => error instanceof ArboledaError && error.code === code);
-    await refused({ wasm: "http://127.0.0.1:9/none.wasm" }, "NOT_LOADED");
-    await refused({ memory: new WebAssembly.Memory({ initial: 31 }) }, "INVALID_ARGUMENT");
-    assert.ok((await load({ memory: new WebAssembly.Memory({ initial: 32 }) })).build("bvh", one));
+});
+
+const refuses = (options, code, message) =>
+    assert.rejects(load(options), (error) => {
+        assert.ok(error instanceof ArboledaError, `${error.stack}`);
+        assert.equal(error.code, code, error.message);
+        assert.match(error.message, message);
+        return true;
+    });
+
+test("whatever keeps a module from being loaded is an error of the package", async () => {
+    const url = new URL("../wasm/arboleda.wasm", import.meta.url);
+    const bytes = readFileSync(url);
+    await refuses({ wasm: "http://127.0.0.1:9/none.wasm" }, "NOT_LOADED", /none\.wasm could not be fetched/);
+    // Relative to `js/`.
+    await refuses({ wasm: "none.wasm" }, "NOT_LOADED", /wasm\/js\/none\.wasm could not be read: ENOENT/);
+    await refuses({ wasm: "http://" }, "NOT_LOADED", /http:\/\/ is not a URL/);
+    for (const wasm of [7, {}, true, []]) await refuses({ wasm }, "INVALID_ARGUMENT", /wasm must be a URL/);
+    await refuses({ wasm: bytes.subarray(0, 1000) }, "NOT_LOADED", /does not compile/);
+    await refuses({ wasm: new Uint8Array(0) }, "NOT_LOADED", /does not compile/);
+    const empty = bytes.slice(0, 8);
+    await refuses({ wasm: empty }, "NOT_LOADED", /not of this package: it has no __heap_base/);
+    // A module that imports a function that is not there: (import "env" "f" (func)).
+    const asks = [1, 4, 1, 96, 0, 0, 2, 9, 1, 3, 101, 110, 118, 1, 102, 0, 0];
+    await refuses({ wasm: new Uint8Array([...empty, ...asks]) }, "NOT_LOADED", /does not start/);
+    const { validate, Memory } = WebAssembly;
+    try {
+        WebAssembly.validate = () => false;
+        await refuses({ simd: true }, "NOT_LOADED", /does not run simd128/);
+        WebAssembly.Memory = class {
+            constructor() {
+                throw new RangeError("could not allocate memory");
+            }
+        };
+        await refuses({}, "OUT_OF_MEMORY", /64 pages/);
+    } finally {
+        Object.assign(WebAssembly, { validate, Memory });
+    }
+});
+
+test("a memory has one module, and is what a module can use", async () => {
+    await refuses({ memory: new WebAssembly.Memory({ initial: 31 }) }, "INVALID_ARGUMENT", /32 pages/);
+    await refuses({ memory: {} }, "INVALID_ARGUMENT", /WebAssembly\.Memory/);
+    const shared = new WebAssembly.Memory({ initial: 64, maximum: 64, shared: true });
+    await refuses({ memory: shared }, "INVALID_ARGUMENT", /shared/);
+    const memory = new WebAssembly.Memory({ initial: 32 });
+    // A load that fails leaves the memory free for another.
+    await refuses({ memory, wasm: "none.wasm" }, "NOT_LOADED", /ENOENT/);
+    const [first, ...others] = await Promise.allSettled([load({ memory }), load({ memory })]);
+    assert.ok(first.value.build("bvh", one));
+    assert.equal(others[0].reason.code, "INVALID_ARGUMENT");
+    await refuses({ memory }, "INVALID_ARGUMENT", /give each module its own; it uses all of it/);
+    await refuses({ memory: arboleda.memory }, "INVALID_ARGUMENT", /has a module/);
 });
 
 test("codes are the names of the C interface", () => {
