@@ -250,7 +250,7 @@ export class Index {
 export interface Arboleda {
     /** The memory in which everything lies: the caller's, or one of the module's own. */
     readonly memory: WebAssembly.Memory;
-    /** True if the module uses simd128. */
+    /** True if the module uses simd128: what it says itself, wherever it came from. */
     readonly simd: boolean;
     readonly kinds: readonly Kind[];
     /** The number of bytes of the memory that are in use. */
@@ -278,7 +278,7 @@ export interface Arboleda {
 }
 
 export interface LoadOptions {
-    /** False for the module without simd128; by default what {@link hasSimd128} says. */
+    /** Which module of the package: by default what {@link hasSimd128} says. Not used if `wasm` is given. */
     simd?: boolean;
     /**
      * A memory of the caller's, of at least 32 pages, not shared. The module uses all of it, and grows it; so give each

@@ -18,10 +18,7 @@ const ABI_VERSION = 65536;
 const LIKELY_BYTES = 80;
 
 /** Loads the module, with simd128 where the machine has it. */
-export const load = async (options) => {
-    const { simd = hasSimd128(), memory, wasm } = options ?? {};
-    return instantiate({ simd, memory, wasm }, (exports, ours) => new Arboleda(exports, ours, simd));
-};
+export const load = async (options) => instantiate(options ?? {}, (exports, memory) => new Arboleda(exports, memory));
 
 /** A module with its memory. */
 class Arboleda {
@@ -30,11 +27,11 @@ class Arboleda {
     /** Addresses of room for each struct. All calls share it: none begins before the one before has ended. */
     #room = {};
 
-    constructor(exports, memory, simd) {
+    constructor(exports, memory) {
         this.#exports = exports;
         this.#heap = new Heap(memory, exports.__heap_base.value >>> 0);
         this.memory = memory;
-        this.simd = simd;
+        this.simd = exports.arb_uses_simd128() !== 0;
         if (exports.arb_check_abi(ABI_VERSION) !== 0) {
             throw new ArboledaError(
                 "OTHER_ABI",

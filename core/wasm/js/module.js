@@ -14,7 +14,7 @@ const SIMD128 = new Uint8Array([
 ]);
 
 /** What a module exports if it is one of this package. The version of the interface is checked later. */
-const EXPORTS = ["__heap_base", "arb_abi_version", "arb_check_abi", "arb_kind_name"];
+const EXPORTS = ["__heap_base", "arb_abi_version", "arb_check_abi", "arb_uses_simd128"];
 
 /** Memories that a module has. Two modules in one memory would write over each other's blocks. */
 const taken = new WeakSet();
@@ -86,13 +86,13 @@ const newMemory = () => {
 };
 
 /** Makes an instance of the module. Returns what `use` makes of its exports and its memory. */
-export const instantiate = async ({ simd, memory, wasm }, use) => {
+export const instantiate = async ({ simd = hasSimd128(), memory, wasm }, use) => {
     const ours = memory ?? newMemory();
     checkMemory(ours);
     // Before anything is awaited, so that of two calls at the same time one is refused.
     taken.add(ours);
     try {
-        const module = await compiled(wasm, simd ?? hasSimd128());
+        const module = await compiled(wasm, simd);
         const imports = { env: { memory: ours } };
         const { exports } = await orNotLoaded("the module does not start", () =>
             WebAssembly.instantiate(module, imports),

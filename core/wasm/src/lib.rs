@@ -19,3 +19,9 @@ pub mod octree;
 mod records;
 
 pub use arboleda_ffi;
+
+/// Tells whether the module was built with simd128, and so whether it runs only where there is simd128.
+#[unsafe(no_mangle)]
+pub extern "C" fn arb_uses_simd128() -> bool {
+    cfg!(target_feature = "simd128")
+}

@@ -37,7 +37,16 @@ test("the module is chosen by what the machine validates, and may come from anyw
     const url = new URL("../wasm/arboleda.wasm", import.meta.url);
     const bytes = readFileSync(url);
     for (const wasm of [url, String(url), bytes, new Uint8Array(bytes).buffer, new WebAssembly.Module(bytes)]) {
-        assert.equal((await load({ wasm, simd: false })).kinds.length, 19);
+        assert.equal((await load({ wasm })).kinds.length, 19);
+    }
+    // Whether it uses simd128 is what the module says, whatever was asked for.
+    for (const [name, uses] of [
+        ["arboleda.wasm", false],
+        ["arboleda-simd128.wasm", true],
+    ]) {
+        for (const simd of [undefined, false, true]) {
+            assert.equal((await load({ wasm: `../wasm/${name}`, simd })).simd, uses, `${name}, simd: ${simd}`);
+        }
     }
 });
 
