@@ -75,7 +75,11 @@ export type Code =
 export class ArboledaError extends Error {
     readonly name: "ArboledaError";
     readonly code: Code;
-    /** The number of the triangle, ray or part that is wrong, where the code says so. */
+    /**
+     * What is wrong, counted from 0: the triangle of `NON_FINITE_VERTEX`, `CORNER_OUT_OF_RANGE` and
+     * `OBJECT_OUT_OF_RANGE`; the ray of a code that begins with `RAY_`, 0 if there is only one; the version of
+     * `OTHER_FORMAT`; the place in the part of `MALFORMED`. Of all other codes `null`.
+     */
     readonly element: number | null;
 }
 

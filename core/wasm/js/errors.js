@@ -37,6 +37,12 @@ const STATUSES = {
     99: "OTHER_REASON",
 };
 
+/** Codes that name an element besides those of rays. For others the C interface writes 0. A test reads the header. */
+const WITH_ELEMENT = ["NON_FINITE_VERTEX", "CORNER_OUT_OF_RANGE", "OBJECT_OUT_OF_RANGE", "OTHER_FORMAT", "MALFORMED"];
+
+/** Tells whether a code names the triangle, ray or part that is wrong. */
+export const namesElement = (code) => code.startsWith("RAY_") || WITH_ELEMENT.includes(code);
+
 /** The code of a status. */
 export const codeOf = (status) => STATUSES[status] ?? "OTHER_REASON";
 
@@ -46,7 +52,7 @@ export class ArboledaError extends Error {
         super(message);
         this.name = "ArboledaError";
         this.code = code;
-        this.element = element;
+        this.element = namesElement(code) ? element : null;
     }
 }
 

@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { ArboledaError, load } from "../js/arboleda.js";
-import { codeOf } from "../js/errors.js";
+import { codeOf, namesElement } from "../js/errors.js";
 import { Heap } from "../js/memory.js";
 import { positions, rays } from "./scene.mjs";
 
@@ -112,6 +112,30 @@ test("codes are the names of the C interface", () => {
     ]);
     assert.ok(found.length >= 34, `${found.length}`);
     for (const [name, number] of found) if (number > 0) assert.equal(codeOf(number), name);
+});
+
+test("an error has an element where the C interface says so, and else null", () => {
+    const header = readFileSync(new URL("../../ffi/include/arboleda.h", import.meta.url), "utf8");
+    const [, statuses] = header.match(/enum arb_status[^{]*\{(.*?)\n\}/s);
+    const described = [...statuses.matchAll(/\/\*\*(.*?)\*\/\s+ARB_([A-Z_]+) = \d+,/gs)];
+    assert.ok(described.length >= 34, `${described.length}`);
+    for (const [, text, code] of described) {
+        // The five of rays share a sentence.
+        const names = text.includes("arb_error.element") || code.startsWith("RAY_");
+        assert.equal(namesElement(code), names, code);
+        assert.equal(new ArboledaError(code, "text", 0).element, names ? 0 : null, code);
+    }
+    throws("TOO_MUCH_WORK", () => arboleda.build("octree", mesh, null, { workLimit: 5 }), { element: null });
+    throws("TRUNCATED", () => arboleda.open(new Uint8Array(0)), { element: null });
+    throws("UNKNOWN_KIND", () => arboleda.build("bhv", one), { element: null });
+    const index = arboleda.build("wide-bvh", mesh);
+    throws("INVALID_OPTION", () => index.cells(3), { element: null });
+    throws("RAY_DIRECTION_ZERO", () => index.closestHit([0, 0, 0], [0, 0, 0]), { element: 0 });
+    throws("RAY_DIRECTION_ZERO", () => index.closestHits(new Float32Array(8)), { element: 0 });
+    const bytes = index.save();
+    index.free();
+    throws("NOT_OPEN", () => index.save(), { element: null });
+    throws("MESH_NOT_WANTED", () => arboleda.open(bytes, mesh), { element: null });
 });
 
 test("bad meshes are refused by name", () => {

@@ -20,7 +20,8 @@ try {
     again.free();
 } catch (error) {
     const code: Code | null = error instanceof ArboledaError ? error.code : null;
-    console.log(code === "NOT_OPEN", weights, first, occluded, counted, numbers);
+    const element: number | null = error instanceof ArboledaError ? error.element : null;
+    console.log(element, code === "NOT_OPEN", weights, first, occluded, counted, numbers);
 }
 
 // @ts-expect-error no kind is called that
