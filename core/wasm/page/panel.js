@@ -1,6 +1,7 @@
 // The panel: numbers, steps of a path, the comparison, and the picture of the cluster tree.
 
 import { colourOf } from "./colours.js";
+import { MOST_HITS } from "./photons.js";
 
 export const element = (id) => document.getElementById(id);
 export const count = (number) => number.toLocaleString("en");
@@ -206,7 +207,8 @@ export const showPhotons = ({ emitted, rays, hits, reflected, absorbed, left, st
         ["rays of them", count(rays), "rays"],
         ["hits", count(hits), "hits"],
         ["reflected", count(reflected), "reflected"],
-        ["absorbed", count(absorbed + stopped), "absorbed"],
+        ["absorbed", count(absorbed), "absorbed"],
+        [`stopped after ${MOST_HITS - 1} reflections`, count(stopped), "stopped"],
         ["left the scene", count(left), "left"],
         ["time", time(seconds)],
         ["rays a second", count(Math.round(rays / seconds / 1000) * 1000)],

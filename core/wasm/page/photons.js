@@ -9,8 +9,8 @@ import { Numbers } from "./scenes.js";
 
 /** The share of the photons that a surface reflects. */
 export const REFLECTED = 0.5;
-/** The most surfaces that a photon meets. */
-const MOST_HITS = 8;
+/** The most surfaces that a photon meets: it stops where the last would reflect it. */
+export const MOST_HITS = 8;
 /** Photons of a batch. */
 const BATCH = 65536;
 /** A reflected photon begins off the surface by this share of the scene's diagonal, because its origin is rounded. */

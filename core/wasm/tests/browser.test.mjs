@@ -102,7 +102,8 @@ test("a built-in scene: ray, steps, cells, tree, photons, and every index", { ti
         assert.equal(of("emitted"), 10000);
         assert.equal(of("rays"), of("hits") + of("left"));
         assert.equal(of("rays"), of("emitted") + of("reflected"));
-        assert.equal(of("hits"), of("reflected") + of("absorbed"));
+        assert.equal(of("hits"), of("reflected") + of("absorbed") + of("stopped"));
+        assert.equal(of("emitted"), of("left") + of("absorbed") + of("stopped"));
         assert.ok(of("hits") > 5000);
         // Node.js shoots the same ones.
         const positions = make("groups");
@@ -117,7 +118,7 @@ test("a built-in scene: ray, steps, cells, tree, photons, and every index", { ti
         const quiet = () => {};
         const shot = shoot(index, positions, job, quiet, quiet);
         index.free();
-        assert.deepEqual([of("rays"), of("hits"), of("left")], [shot.rays, shot.hits, shot.left]);
+        for (const name of Object.keys(shot)) assert.equal(of(name), shot[name], name);
         await picture(page, "photons");
 
         // Another index answers the same ray.
@@ -130,6 +131,20 @@ test("a built-in scene: ray, steps, cells, tree, photons, and every index", { ti
         assert.equal(await page.locator("#level").isVisible(), false);
         await page.locator("#forget").click();
         assert.equal(await page.locator("#ray").isVisible(), false);
+
+        // In the streets of the town a few photons are stopped: they are not absorbed.
+        await page.selectOption("#scene", "town");
+        assert.deepEqual(await ready(page), ["ready", ""]);
+        await page.locator("#shoot").click();
+        assert.deepEqual(await ready(page), ["ready", ""]);
+        const inTown = await factsOf(page);
+        assert.ok(number(inTown.stopped) > 0, inTown.stopped);
+        const ends = [inTown.left, inTown.absorbed, inTown.stopped].map(number);
+        assert.equal(
+            ends.reduce((a, b) => a + b),
+            10000,
+        );
+        assert.match(await page.locator("#photon-facts").textContent(), /stopped after 7 reflections/);
     }),
 );
 
