@@ -4,6 +4,8 @@
  *
  * Triangles are numbered from 0 in the order in which they are given. Both sides of a triangle are hit. Every function
  * may throw an {@link ArboledaError}.
+ *
+ * These types need TypeScript 5.7 or later, for `Uint8Array<ArrayBuffer>`.
  */
 
 /** Kind of an index. All give the same answers; they differ in time and memory. `"wide-bvh"` is the fastest. */
@@ -289,7 +291,10 @@ export interface LoadOptions {
      * module its own. A memory that a module has is refused.
      */
     memory?: WebAssembly.Memory;
-    /** The module, or where it is; by default beside this package. */
+    /**
+     * The module, its bytes, or where it is; by default the file of this package. A string without a scheme is relative
+     * to the folder of `arboleda.js`, not to the page; for the page's own: `new URL("arboleda.wasm", location.href)`.
+     */
     wasm?: URL | string | BufferSource | WebAssembly.Module;
 }
 
