@@ -7,6 +7,8 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { fileURLToPath } from "node:url";
 
+import { DoubleSide, Mesh, MeshBasicMaterial, Raycaster, TorusKnotGeometry, Vector3 } from "three";
+
 import { load } from "../js/arboleda.js";
 import { codeOf } from "../js/errors.js";
 
@@ -72,4 +74,32 @@ test("the example of the page runs with nothing but the package", () => {
     } finally {
         rmSync(folder, { recursive: true });
     }
+});
+
+test("a moved mesh of three.js is hit as the page says: by the ray in the coordinates of the mesh", async () => {
+    // The three lines of the page, as a function.
+    const [, lines] = read("README.md").match(/```js\n(const ray = raycaster.*?)```/s);
+    const ask = new Function("index", "mesh", "raycaster", "Vector3", `${lines}return { hit, point };`);
+    const geometry = new TorusKnotGeometry();
+    const mesh = new Mesh(geometry, new MeshBasicMaterial({ side: DoubleSide }));
+    mesh.position.set(7, -3, 2);
+    mesh.rotation.set(0.3, 1.1, -0.7);
+    mesh.scale.set(2, 0.5, 3);
+    mesh.updateMatrixWorld();
+    const arboleda = await load();
+    const index = arboleda.build("wide-bvh", geometry.attributes.position.array, geometry.index?.array);
+    let hits = 0;
+    for (let at = 0; at < 200; at += 1) {
+        const target = mesh.localToWorld(new Vector3(Math.sin(at), Math.cos(3 * at), Math.sin(5 * at) / 2));
+        const origin = new Vector3(20 * Math.cos(at), 15, 20 * Math.sin(2 * at));
+        const raycaster = new Raycaster(origin, target.sub(origin).normalize());
+        const [expected] = raycaster.intersectObject(mesh);
+        const { hit, point } = ask(index, mesh, raycaster, Vector3);
+        assert.equal(hit?.triangle, expected?.faceIndex, `ray ${at}`);
+        if (!hit) continue;
+        hits += 1;
+        assert.ok(point.distanceTo(expected.point) < 1e-4, `ray ${at}`);
+    }
+    assert.ok(hits > 50, `${hits}`);
+    index.free();
 });
