@@ -31,13 +31,14 @@ registry! {
     /// others do not change.
     ///
     /// # Stack
-    /// Bounds in bytes on a Cortex-M4 (thumbv7em, optimised), below the stack pointer at the call. `.ci/run stacks`
-    /// fails if one is exceeded. Without optimisation, expect twice as much and more.
+    /// Bounds in bytes on a Cortex-M4 (thumbv7em, `opt-level = 3`), below the stack pointer at the call. `.ci/run
+    /// stacks` fails if one is exceeded. With `opt-level = "s"`, queries take up to 12 KB. `core/firmware/README.md`
+    /// measures that, also on a Cortex-M0 and an RV32IMAC. Without optimisation, expect twice as much and more.
     ///
     /// - A query has frames of fixed sizes and does not recurse, so its bounds hold for every scene.
     /// - The build of a tree recurses once for each level. Its bounds hold for the 456 triangles of the check. A deeper
-    ///   tree takes a frame more a level, for at most 21 levels in octrees, 60 in kd-trees and BSP trees, 62 in binary
-    ///   BVHs, 89 in wide BVHs.
+    ///   tree takes a frame more a level, for at most 21 levels in octrees, 60 in kd-trees and BSP trees, 89 in wide
+    ///   BVHs. The build of a binary BVH by bins does not recurse, so its bound holds for every scene.
     /// - The filters decide an ordinary ray. The column *any ray* also covers rays that hit a corner exactly, lie in a
     ///   plane, begin far away or have a negative `t_min`.
     /// - Opening is [`Index::from_bytes`](crate::Index::from_bytes); its bound holds for every index.
@@ -56,8 +57,8 @@ registry! {
     /// | kd-tree-hierarchy | 3264 | 4096 | 3776 | 7488 | 1024 |
     /// | bsp-tree | 3264 | 4096 | 3776 | 12800 | 1024 |
     /// | bsp-tree-hierarchy | 3264 | 4096 | 3776 | 4160 | 1024 |
-    /// | bvh | 3328 | 4160 | 3840 | 10048 | 960 |
-    /// | bvh-hierarchy | 3328 | 4160 | 3840 | 7936 | 960 |
+    /// | bvh | 3328 | 4160 | 3840 | 3520 | 960 |
+    /// | bvh-hierarchy | 3328 | 4160 | 3840 | 3776 | 960 |
     /// | wide-bvh | 4352 | 6272 | 6016 | 11200 | 6528 |
     /// | wide-bvh-hierarchy | 4352 | 6272 | 6016 | 12096 | 6528 |
     /// | compact-bvh | 4352 | 6336 | 6208 | 10560 | 6272 |

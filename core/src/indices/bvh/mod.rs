@@ -15,20 +15,23 @@
 //! of Object Hierarchies for Ray Tracing*, 1987; binning: I. Wald, *On Fast Construction of SAH-Based
 //! Bounding Volume Hierarchies*, 2007.
 
+mod binned;
 mod insertion;
 
 use core::ops::ControlFlow;
 
 use glam::Vec4;
 
+use binned::BinnedBuild;
+
 use super::depth_first::{CheckedNode, check_depth_first, check_leaf};
 use super::ordered_traversal::{near_first, walk_near_first};
 use crate::Vec3;
-use crate::cost::{Weights, half_area};
+use crate::cost::Weights;
 use crate::error::BuildError;
 use crate::geometry::{Aabb, RaySpan, Span};
 use crate::input::{BvhBuild, Level, Options};
-use crate::memory::{Arena, Words, put, size_of_slice};
+use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
 
@@ -66,7 +69,11 @@ pub(super) fn set_child(
     bounds: &Aabb,
     link: u32,
 ) {
-    let offset = boxes + child * CHILD_WORDS as usize;
+    set_box(words, boxes + child * CHILD_WORDS as usize, bounds, link);
+}
+
+/// Fills in a child of an inner node at its offset.
+fn set_box(words: &mut Words<'_>, offset: usize, bounds: &Aabb, link: u32) {
     let numbers = bounds.lo.to_array().into_iter().chain(bounds.hi.to_array());
     for (component, number) in numbers.enumerate() {
         words.set(offset + component, number.to_bits());
@@ -126,11 +133,7 @@ impl LocalIndex for Bvh {
         let count = group.ids.len();
         let needed = Self::scratch_bytes(count, options);
         let full = BuildError::ScratchFull { needed, given: scratch.len() };
-        // For each triangle at most an inner node, and a leaf of two words.
-        if words.len().saturating_add(count.saturating_mul(INNER_WORDS as usize + 3)) >= MOST_WORDS
-        {
-            return Err(BuildError::TooLarge);
-        }
+        check_size(words.len(), count)?;
         let mut arena = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
         if options.bvh_build == BvhBuild::Insertion {
             return insertion::build(group, options, words, arena, full);
@@ -138,11 +141,7 @@ impl LocalIndex for Bvh {
         let ids = arena.take::<u32>(count).ok_or(full)?;
         let other = arena.take::<u32>(count).ok_or(full)?;
         ids.copy_from_slice(group.ids.get(..ids.len()).unwrap_or_default());
-        let start = words.len();
-        let root = words.push(0);
-        let link = BvhBuilder { group, options, words, start }.node(ids, other, 0)?;
-        words.set(root, link);
-        Ok(())
+        BinnedBuild::new(count, words).run(group.triangles, options, words, ids, other)
     }
 
     fn traverse<Q: Query>(
@@ -206,118 +205,18 @@ fn bounds_at(local: &Local<'_>, offset: u32) -> Aabb {
     )
 }
 
-struct BvhBuilder<'b, 'w> {
-    group: &'b Group<'b>,
-    options: &'b Options,
-    words: &'b mut Words<'w>,
-    /// The offset of the group's first word, from which links count.
-    start: usize,
+/// Refuses a group of `count` triangles if its links might not reach all of its words, behind `words` others.
+fn check_size(words: usize, count: usize) -> Result<(), BuildError> {
+    // For each triangle at most an inner node, and a leaf of two words.
+    let most = words.saturating_add(count.saturating_mul(INNER_WORDS as usize + 3));
+    if most >= MOST_WORDS { Err(BuildError::TooLarge) } else { Ok(()) }
 }
 
-/// Partition of triangles by the bin of their centroid on an axis.
-struct BinnedSplit {
-    axis: usize,
-    /// The first bin of the upper part.
-    bin: usize,
-    cost: f64,
-}
-
-impl BvhBuilder<'_, '_> {
-    fn bounds_of(&self, id: u32) -> Aabb {
-        self.group.triangles.get(id).map_or(Aabb::EMPTY, |triangle| triangle.bounds())
-    }
-
-    /// Appends the node of some triangles, and returns the link to it. `other` is a buffer as long as `ids`. The
-    /// recursion is as deep as the tree, at most 62 levels.
-    ///
-    /// # Errors
-    /// [`BuildError::TooMuchWork`].
-    fn node(&mut self, ids: &mut [u32], other: &mut [u32], depth: u32) -> Result<u32, BuildError> {
-        self.words.spend(ids.len() as u64)?;
-        // 1. Bound the triangles and their centroids.
-        let mut bounds = Aabb::EMPTY;
-        let mut centroids = Aabb::EMPTY;
-        for &id in ids.iter() {
-            let triangle = self.bounds_of(id);
-            bounds = bounds.union(triangle);
-            centroids = centroids.with_point(triangle.centre());
-        }
-        // 2. Partition them, if the level allows that and SAH or the leaf's size asks for it.
-        let most_depth = match self.options.level {
-            Level::Automatic => MAX_DEPTH,
-            Level::AtMost(level) => level.min(MAX_DEPTH),
-        };
-        let middle = if depth >= most_depth {
-            None
-        } else if depth >= BALANCED_FROM {
-            (ids.len() > self.options.leaf_capacity as usize).then_some(ids.len() / 2)
-        } else {
-            self.split(&bounds, &centroids, ids)
-                .map(|split| partition(self, &centroids, &split, ids, other))
-        };
-        let Some(middle) = middle.filter(|&middle| 0 < middle && middle < ids.len()) else {
-            return Ok(push_leaf(self.words, self.start, ids.iter().copied()));
-        };
-
-        // 3. Append the node, then each child with its subtree.
-        let boxes = push_inner(self.words);
-        let offset = (boxes - self.start) as u32;
-        let (below, above) = ids.split_at_mut_checked(middle).unwrap_or_default();
-        let (other_below, other_above) = other.split_at_mut_checked(middle).unwrap_or_default();
-        for (child, (ids, other)) in
-            [(below, other_below), (above, other_above)].into_iter().enumerate()
-        {
-            let bounds = ids.iter().fold(Aabb::EMPTY, |all, &id| all.union(self.bounds_of(id)));
-            let link = self.node(ids, other, depth + 1)?;
-            set_child(self.words, boxes, child, &bounds, link);
-        }
-        Ok(offset)
-    }
-
-    /// Finds the partition of least SAH cost; `None` if a leaf is cheaper and not too large.
-    fn split(&self, bounds: &Aabb, centroids: &Aabb, ids: &[u32]) -> Option<BinnedSplit> {
-        let model = &self.options.cost_model();
-        let whole = half_area(bounds.extent());
-        let mut best: Option<BinnedSplit> = None;
-        for axis in 0..3 {
-            // 1. Fill the bins.
-            let mut counts = [0_u32; BINS];
-            let mut boxes = [Aabb::EMPTY; BINS];
-            for &id in ids {
-                let triangle = self.bounds_of(id);
-                let bin = bin_of(centroids, axis, &triangle);
-                if let (Some(count), Some(bounds)) = (counts.get_mut(bin), boxes.get_mut(bin)) {
-                    *count += 1;
-                    *bounds = bounds.union(triangle);
-                }
-            }
-            // 2. Sweep upwards for the costs of the lower parts, then downwards for the upper parts and the sums.
-            let mut lower = [0.0; BINS];
-            let (mut sum, mut part) = (0, Aabb::EMPTY);
-            for ((cost, &count), bounds) in lower.iter_mut().zip(&counts).zip(&boxes) {
-                sum += count;
-                part = part.union(*bounds);
-                *cost = half_area(part.extent()) * f64::from(sum);
-            }
-            let (mut sum, mut part) = (0, Aabb::EMPTY);
-            for bin in (1..BINS).rev() {
-                sum += counts.get(bin)?;
-                part = part.union(*boxes.get(bin)?);
-                if sum == 0 || sum as usize == ids.len() {
-                    continue;
-                }
-                let cost = lower.get(bin - 1)? + half_area(part.extent()) * f64::from(sum);
-                if best.as_ref().is_none_or(|best| cost < best.cost) {
-                    best = Some(BinnedSplit { axis, bin, cost });
-                }
-            }
-        }
-        // 3. Compare the best partition with a leaf.
-        let split = best?;
-        let divided = model.traversal * 2.0 * whole + model.intersection * split.cost;
-        let leaf = model.intersection * whole * ids.len() as f64;
-        let too_large = ids.len() > self.options.leaf_capacity as usize;
-        (too_large || divided < leaf).then_some(split)
+/// The level from which on parts are leaves, whatever they cost.
+fn split_level(options: &Options) -> u32 {
+    match options.level {
+        Level::Automatic => MAX_DEPTH,
+        Level::AtMost(level) => level.min(MAX_DEPTH),
     }
 }
 
@@ -327,27 +226,4 @@ fn bin_of(centroids: &Aabb, axis: usize, triangle: &Aabb) -> usize {
     let [lo, hi] = centroids.along(axis).map(f64::from);
     // The cast saturates, and maps a NaN (0 / 0) to 0.
     (((centre - lo) / (hi - lo) * BINS as f64) as usize).min(BINS - 1)
-}
-
-/// Partitions `ids`: moves the lower part to the front, keeps the order within both parts, and returns the length of
-/// the lower part.
-fn partition(
-    builder: &BvhBuilder<'_, '_>,
-    centroids: &Aabb,
-    split: &BinnedSplit,
-    ids: &mut [u32],
-    other: &mut [u32],
-) -> usize {
-    let is_lower = |id: u32| bin_of(centroids, split.axis, &builder.bounds_of(id)) < split.bin;
-    let mut offset = 0;
-    for lower in [true, false] {
-        for &id in ids.iter().filter(|&&id| is_lower(id) == lower) {
-            put(other, offset, id);
-            offset += 1;
-        }
-    }
-    for (to, from) in ids.iter_mut().zip(other.iter()) {
-        *to = *from;
-    }
-    ids.iter().take_while(|&&id| is_lower(id)).count()
 }
