@@ -152,6 +152,7 @@ in_array() {
         # The part is lost, and shot again when the task is sent again.
         [[ $task != 1 ]] || rm "parts-$name/0000003.part" 2>/dev/null || true
     done
+    SLURM_ARRAY_TASK_ID=0 refused "parts of another job" "$here/slurm-array.sh" 7 "$all" "parts-$name" "${@:5}" --seed 9
     # shellcheck disable=SC2086
     quiet "$arboleda" merge "parts-$name"/*.part $option "array.$ending"
     same "array.$ending" "whole-$name.$ending"
@@ -179,6 +180,8 @@ with_dask() {
     quiet python3 "$here/dask_parts.py" --arboleda "$arboleda" --parts 11 --all "$all" --folder "dask-$name" \
         --out "$out" --merge "$more" -- "${@:5}"
     same "dask.$ending" "whole-$name.$ending"
+    refused "parts of another job" python3 "$here/dask_parts.py" --arboleda "$arboleda" --parts 12 --all "$all" \
+        --folder "dask-$name" --out "$out" -- "${@:5}"
     echo "$name: Dask, two workers"
 }
 

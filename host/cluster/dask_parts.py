@@ -64,6 +64,12 @@ def main():
     given = arguments()
     folder = given.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
+    # Parts that are there count only if they are of this job, cut alike.
+    job = shlex.join([str(given.parts), str(given.all), *given.command])
+    file = folder / "job"
+    if file.exists() and file.read_text() != job:
+        sys.exit(f"{folder} has parts of another job: {file.read_text()}; give another folder")
+    file.write_text(job)
     cuts = [given.all * part // given.parts for part in range(given.parts + 1)]
     cluster = None if given.scheduler else LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
     with Client(given.scheduler or cluster) as client:

@@ -135,6 +135,11 @@ fn a_photon_map_of_parts_is_that_of_one_run() {
     let files = shoot_parts(at, command, &[0, 5_000, 9_000]).join(" ");
     run(at, &format!("merge {files} --save-map merged.map --quiet"));
     same_bytes(at, "merged.map", "whole.map");
+    run(at, &format!("merge {files} --part all.part --save-map again.map --quiet"));
+    same_bytes(at, "again.map", "whole.map");
+    let first = files.split(' ').next().unwrap();
+    let said = refused(at, &format!("merge {first} --part one.part --save-map one.map --quiet"));
+    assert!(said.contains("are in no part"), "{said}");
 }
 
 #[test]

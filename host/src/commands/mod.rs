@@ -62,7 +62,6 @@ enum Command {
 
 impl CommandLine {
     /// Tells whether several processes can run the command together.
-    #[cfg(feature = "mpi")]
     fn is_for_many(&self) -> bool {
         matches!(
             self.command,
@@ -115,6 +114,13 @@ fn run_with_team(
     arguments: &[OsString],
     level: LevelFilter,
 ) -> anyhow::Result<()> {
+    // As Open MPI, and MPICH and its kin, say how many processes there are.
+    let size =
+        ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().find_map(|name| std::env::var(name).ok());
+    anyhow::ensure!(
+        !line.is_for_many() || size.is_none_or(|size| size == "1"),
+        "started by MPI, but built without the feature `mpi`: each process would do the whole job"
+    );
     speak_from(level);
     line.run(arguments, Team::Alone)
 }

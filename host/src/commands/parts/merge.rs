@@ -136,9 +136,15 @@ impl Merge {
         }
         let (first, last) = (ranges[0].start, ranges[ranges.len() - 1].end);
         let is_within = |gap: &Range<u64>| first < gap.end && gap.start < last;
-        let allowed =
-            self.part.is_some() && out.is_none() && values.is_none() && !gaps.iter().any(is_within);
+        let is_whole_wanted = out.is_some() || values.is_some() || save_map.is_some();
+        let allowed = self.part.is_some() && !is_whole_wanted && !gaps.iter().any(is_within);
         ensure!(allowed || gaps.is_empty(), "{}", said(&gaps));
+        // Before all is read, which may take long.
+        if job.kind == JobKind::Shoot {
+            self.outputs.check_out(job.kind, &["npy", "csv"])?;
+            let none = ["--values", "--save-map", "--scene-file", "--points"];
+            self.outputs.refuse(job.kind, &none)?;
+        }
 
         // 2. The sums, in the order of photons.
         let mut all: Option<JobPart> = None;
@@ -165,9 +171,6 @@ impl Merge {
             return Ok(());
         }
         if let PartSums::Shot(sums) = &all.sums {
-            self.outputs.check_out(job.kind, &["npy", "csv"])?;
-            let none = ["--values", "--save-map", "--scene-file", "--points"];
-            self.outputs.refuse(job.kind, &none)?;
             if let Some(path) = out {
                 write_flux(path, &sums.hits, sums.balance.photon_flux())?;
                 log::info!("photons and flux of each triangle: {}", path.display());
@@ -178,7 +181,7 @@ impl Merge {
             print_digest(sums.balance.emitted, sums.digest(), &by);
             return Ok(());
         }
-        let is_used = self.part.is_none() || out.is_some() || values.is_some();
+        let is_used = self.part.is_none() || is_whole_wanted;
         let (command, merged) = (parse_recorded(arguments)?, MergedJob { job: job.clone(), all });
         match command {
             _ if !is_used => Ok(()),
