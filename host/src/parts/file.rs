@@ -23,6 +23,8 @@ use crate::files::FileError;
 use crate::files::output::write_file;
 
 const SIGNATURE: &[u8; 8] = b"ARBOPART";
+/// Version of the form, and of what is computed: it is raised with any change of the photons or the estimates, too, so
+/// that parts of two versions of the program are not put together.
 const VERSION: u32 = 2;
 /// Bytes in front of the header.
 const HEAD: usize = 8 + 4 + 32;
@@ -185,7 +187,7 @@ mod tests {
     #[test]
     fn forged_sums_are_refused() {
         let (header, part) = part();
-        let forged: [Forge; 9] = [
+        let forged: [Forge; 12] = [
             &|header, _| header.photons.start -= 1,
             &|header, _| header.photons.end += 1,
             &|header, _| header.job.photons = 60_000,
@@ -195,6 +197,13 @@ mod tests {
             &|_, sums| sums.balance.escaped += 1,
             &|_, sums| sums.balance.total_flux = f64::NAN,
             &|_, sums| sums.balance.emitted = 0,
+            // Sums with those of another part would wrap.
+            &|_, sums| {
+                sums.hits[3][0] += 1 << 63;
+                sums.balance.hits += 1 << 63;
+            },
+            &|_, sums| sums.bounce_count = u64::MAX,
+            &|_, sums| sums.balance.rays = u64::MAX,
         ];
         for (number, forge) in forged.iter().enumerate() {
             let (mut header, mut sums) = (header.clone(), part.clone());

@@ -86,7 +86,10 @@ impl PartSums {
             Self::Shot(sums) => job.kind == JobKind::Shoot && is_of_shot(sums, photons, job),
             Self::Light(sums) => {
                 let is_sound = |harvest: &Harvest, photons: &Range<u64>| {
-                    is_balanced(&harvest.balance, photons) && harvest.is_of(job.triangles)
+                    let Balance { hits, rays, .. } = harvest.balance;
+                    is_balanced(&harvest.balance, photons)
+                        && are_of_paths(&[hits, rays], &harvest.balance, job)
+                        && harvest.is_of(job.triangles)
                 };
                 let per_pass = job.photons / u64::from(job.passes.max(1));
                 job.kind != JobKind::Shoot && sums.is_of(photons, per_pass, is_sound)
@@ -127,7 +130,15 @@ fn is_of_shot(sums: &RangeSums, photons: &Range<u64>, job: &Job) -> bool {
     (is_dark || sums.digests.is_of(photons, job.photons))
         && is_balanced(balance, photons)
         && hits == Some(balance.hits)
+        && are_of_paths(&[balance.hits, balance.rays, sums.bounce_count], balance, job)
         && sums.hits.len() as u64 == job.triangles
+}
+
+/// Tells whether counts are no more than the segments that the paths of these photons may have. So no sum of parts wraps
+/// that would not wrap in one run.
+fn are_of_paths(counts: &[u64], balance: &Balance, job: &Job) -> bool {
+    let most = u128::from(balance.emitted) * (u128::from(job.max_bounces) + 1);
+    counts.iter().all(|&count| u128::from(count) <= most)
 }
 
 /// Tells whether a balance may be that of a range of photons; without lights, none of them is emitted.

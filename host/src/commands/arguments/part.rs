@@ -16,14 +16,15 @@ pub struct PartArguments {
     /// Write a part, which `arboleda merge` puts together with others to the result of one run
     #[arg(long, value_name = "FILE")]
     pub part: Option<PathBuf>,
-    /// Photons of the part, out of those of all passes: from photon A to the one before B [default: all]
+    /// Shoot only photons A to B - 1. They are numbered from 0, those of all passes in a row: of a picture there are
+    /// --photons times --passes [default: all]
     #[arg(long, value_name = "A..B", requires = "part", value_parser = range)]
     pub photon_range: Option<Range<u64>>,
     /// Keep what was shot so far in FILE, as a part. If FILE is there, go on from it: a job that was killed loses only
     /// what it shot since. FILE stays when the job is done
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
-    /// Seconds between two writes of the checkpoint
+    /// Seconds between two writes of the checkpoint, about: a range that was begun is shot to its end
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = number(0.1..=1e6),
         requires = "checkpoint")]
     checkpoint_every: f32,
