@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> density -> report
-//!                                    |
+//!                                    |                               parts (ranges of the photons, put together)
 //!                 contenders (what can be measured) -> bench (how) -> studies (what is compared) -> report
 //! ```
 #![warn(clippy::pedantic)]

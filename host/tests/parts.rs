@@ -162,6 +162,9 @@ fn a_killed_job_goes_on_from_its_checkpoint() {
 #[test]
 fn a_full_device_is_named() {
     let folder = folder();
-    let said = failure(&run_in(folder.path(), &[&SCENE[..], &["--part", "/dev/full"]].concat()));
-    assert!(said.contains("cannot write /dev/full"), "{said}");
+    for option in ["--part", "--checkpoint"] {
+        let line = [&SCENE[..], &[option, "/dev/full"]].concat();
+        let said = failure(&run_in(folder.path(), &line));
+        assert!(said.contains("cannot write /dev/full"), "{said}");
+    }
 }

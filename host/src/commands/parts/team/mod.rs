@@ -101,7 +101,8 @@ impl PartWork<'_> {
         arguments: &PartArguments,
         photons: &Range<u64>,
     ) -> anyhow::Result<Option<JobPart>> {
-        let Some(path) = arguments.checkpoint.as_ref().filter(|path| path.exists()) else {
+        // A device has no end.
+        let Some(path) = arguments.checkpoint.as_ref().filter(|path| path.is_file()) else {
             return Ok(None);
         };
         let file = PartFile::read(path)?;
