@@ -121,19 +121,22 @@ impl Nearness {
     /// The lanes of a group, as bits, whose boxes are near to `one`.
     #[inline]
     pub fn lanes(&self, one: &Box4, group: &BoxGroup) -> u32 {
-        let [(low, sure_low), (high, sure_high)] = [0, 1].map(|half| {
-            let gap = |lo: f32, hi: f32, axis: usize| {
-                let (lo, hi) = (Vec4::splat(lo), Vec4::splat(hi));
-                let gap = (lo - group.hi[axis][half]).max(group.lo[axis][half] - hi);
-                gap.max(Vec4::ZERO)
-            };
-            let x = gap(one.lo.x, one.hi.x, 0);
-            let y = gap(one.lo.y, one.hi.y, 1);
-            let z = gap(one.lo.z, one.hi.z, 2);
-            let square = x * x + y * y + z * z;
-            let possible = square.cmple(Vec4::splat(self.surely_not)).bitmask();
-            (possible, square.cmplt(Vec4::splat(self.surely)).bitmask())
-        });
+        let ([x, y, z], [x_hi, y_hi, z_hi]) = (&group.lo, &group.hi);
+        // Of the gaps along one axis, the squares.
+        let squares = |lo: f32, hi: f32, sides: &[Vec4; 2], sides_hi: &[Vec4; 2]| {
+            let (lo, hi) = (Vec4::splat(lo), Vec4::splat(hi));
+            let ([low, high], [low_hi, high_hi]) = (sides, sides_hi);
+            let gaps = [(lo - *low_hi).max(*low - hi), (lo - *high_hi).max(*high - hi)];
+            gaps.map(|gap| gap.max(Vec4::ZERO)).map(|gap| gap * gap)
+        };
+        let [x, x_high] = squares(one.lo.x, one.hi.x, x, x_hi);
+        let [y, y_high] = squares(one.lo.y, one.hi.y, y, y_hi);
+        let [z, z_high] = squares(one.lo.z, one.hi.z, z, z_hi);
+        let [(low, sure_low), (high, sure_high)] =
+            [x + y + z, x_high + y_high + z_high].map(|square| {
+                let possible = square.cmple(Vec4::splat(self.surely_not)).bitmask();
+                (possible, square.cmplt(Vec4::splat(self.surely)).bitmask())
+            });
         let (possible, sure) = (low | high << 4, sure_low | sure_high << 4);
         let undecided = bits(possible & !sure);
         undecided.fold(sure, |near, lane| {
