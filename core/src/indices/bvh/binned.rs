@@ -1,283 +1,195 @@
 //! The default build: top-down by the binned surface-area heuristic (SAH), in a loop.
 //!
-//! Each part of the triangles goes through these phases, which look at its triangles one by one:
+//! 1. Bound the triangles of a subset, and their centroids.
+//! 2. Along each axis, fill the bins, and find the plane of least cost between two of them.
+//! 3. Partition the ids by the plane, write the node, and go on with the lower half; the upper half waits. Or write a
+//!    leaf.
 //!
-//! ```text
-//! Bound -> Fill x, y, z -> Partition -> Copy -> its node is written, and both halves go on the stack, the lower on top
-//!      \             \
-//!       \             +--> Leaf: no split is cheaper than a leaf, and it is not too large
-//!        +--> both halves at once, or Leaf: beyond the depth where parts are split by SAH
-//! ```
-//! 1. `Bound`: the boxes around the triangles and around their centroids.
-//! 2. `Fill`: along each axis, the box and the count of each bin, and then the plane of least cost between bins.
-//! 3. `Partition`: the ids below the plane, then those above, each in their order, to the other buffer.
-//! 4. `Copy`: back again.
-//! 5. `Leaf`: the ids, to the words.
-//!
-//! There is no recursion: the parts that wait are those beside the way to the current one, at most one a level.
+//! There is no recursion: the subsets that wait are those beside the way to the current one, at most one a level.
+
+use core::ops::Range;
 
 use arrayvec::ArrayVec;
 
-use super::{
-    BALANCED_FROM, BINS, CHILD_WORDS, LEAF, MAX_DEPTH, bin_of, push_inner, set_box, split_level,
-};
+use super::{BALANCED_FROM, BINS, CHILD_WORDS, MAX_DEPTH, bin_of, push_inner, push_leaf, set_box};
 use crate::cost::half_area;
 use crate::error::BuildError;
 use crate::geometry::Aabb;
-use crate::input::{Mesh, Options};
+use crate::input::{Level, Mesh, Options};
 use crate::memory::{Words, put};
 
-/// Most parts that wait: one a level, and both halves of the current part.
-const MOST_WAITING: usize = MAX_DEPTH as usize + 2;
-
-/// Part of the triangles, whose subtree is to be written.
-#[derive(Clone, Copy)]
-struct Part {
-    /// Where its ids lie.
-    first: u32,
-    end: u32,
+/// Subset of the triangles whose subtree is to be written.
+struct Waiting {
+    /// The run of its ids.
+    ids: Range<usize>,
     depth: u32,
     /// Offset of the words in the parent that take its box and its link; for the root, of the link alone.
-    slot: u32,
-}
-
-/// What is being done with the triangles of a part.
-#[derive(Clone, Copy)]
-enum Phase {
-    Bound,
-    Fill { axis: usize },
-    Partition { split: BinnedSplit, below: u32, above: u32 },
-    Copy { middle: u32 },
-    Leaf,
+    slot: usize,
 }
 
 /// Partition of triangles by the bin of their centroid on an axis.
-#[derive(Clone, Copy)]
 struct BinnedSplit {
     axis: usize,
     /// The first bin of the upper part.
     bin: usize,
     /// The number of triangles of the lower part.
-    middle: u32,
+    middle: usize,
     cost: f64,
 }
 
-/// State of a build.
-pub(super) struct BinnedBuild {
-    /// Offset of the group's first word, from which links count.
-    start: usize,
-    waiting: ArrayVec<Part, MOST_WAITING>,
-    part: Option<Part>,
-    phase: Phase,
-    bounds: Aabb,
+/// Boxes around some triangles, and around their centroids.
+struct Bounds {
+    triangles: Aabb,
     centroids: Aabb,
-    counts: [u32; BINS],
-    boxes: [Aabb; BINS],
-    best: Option<BinnedSplit>,
 }
 
-impl BinnedBuild {
-    /// Begins the build of a group of `count` triangles.
-    pub fn new(count: usize, words: &mut Words<'_>) -> Self {
-        let start = words.push(0);
-        let mut waiting = ArrayVec::new();
-        let root = Part { first: 0, end: count as u32, depth: 0, slot: start as u32 };
-        let _ = waiting.try_push(root); // there is room
-        Self {
-            start,
-            waiting,
-            part: None,
-            phase: Phase::Bound,
-            bounds: Aabb::EMPTY,
-            centroids: Aabb::EMPTY,
-            counts: [0; BINS],
-            boxes: [Aabb::EMPTY; BINS],
-            best: None,
-        }
-    }
+/// Build over the triangles of a group.
+pub(super) struct BinnedBuild<'b> {
+    pub triangles: Mesh<'b>,
+    pub options: &'b Options,
+}
 
+impl BinnedBuild<'_> {
     /// Writes all words. `ids` are the group's, and `other` is a buffer as long.
     ///
     /// # Errors
     /// [`BuildError::TooMuchWork`].
-    pub fn run(
-        &mut self,
-        triangles: Mesh<'_>,
-        options: &Options,
+    pub fn write(
+        &self,
         words: &mut Words<'_>,
         ids: &mut [u32],
         other: &mut [u32],
     ) -> Result<(), BuildError> {
-        loop {
-            let Some(part) = self.part else {
-                let Some(part) = self.waiting.pop() else { return Ok(()) };
-                words.spend(u64::from(part.end.saturating_sub(part.first)))?;
-                (self.part, self.phase) = (Some(part), Phase::Bound);
-                (self.bounds, self.centroids) = (Aabb::EMPTY, Aabb::EMPTY);
-                continue;
+        // Links count from the first word, the root's.
+        let start = words.push(0);
+        let mut waiting = ArrayVec::<Waiting, { MAX_DEPTH as usize + 1 }>::new();
+        let mut next = Some(Waiting { ids: 0..ids.len(), depth: 0, slot: start });
+        while let Some(subset) = next.take().or_else(|| waiting.pop()) {
+            let Range { start: first, end } = subset.ids;
+            let ids = ids.get_mut(first..end).unwrap_or_default();
+            let other = other.get_mut(first..end).unwrap_or_default();
+            words.spend(ids.len() as u64)?;
+            let bounds = self.bounds(ids);
+            let link = match self.divide(subset.depth, &bounds, ids, other) {
+                None => push_leaf(words, start, ids.iter().copied()),
+                Some(length) => {
+                    let (boxes, middle, depth) =
+                        (push_inner(words), first + length, subset.depth + 1);
+                    let slot = boxes + CHILD_WORDS as usize;
+                    let pushed =
+                        waiting.try_push(Waiting { ids: middle..end, depth, slot }).is_ok();
+                    debug_assert!(pushed, "one for each level");
+                    next = Some(Waiting { ids: first..middle, depth, slot: boxes });
+                    (boxes - start) as u32
+                }
             };
-            let range = part.first as usize..part.end as usize;
-            let ids = ids.get_mut(range.clone()).unwrap_or_default();
-            let other = other.get_mut(range).unwrap_or_default();
-            self.look_at_all(triangles, words, ids, other);
-            self.end_phase(&part, ids.len(), options, words)?;
+            if subset.depth == 0 {
+                words.set(subset.slot, link);
+            } else {
+                set_box(words, subset.slot, &bounds.triangles, link);
+            }
         }
+        Ok(())
     }
 
-    /// Does what the phase does with each triangle of the part.
-    fn look_at_all(
-        &mut self,
-        triangles: Mesh<'_>,
-        words: &mut Words<'_>,
+    fn bounds_of(&self, id: u32) -> Aabb {
+        self.triangles.get(id).map_or(Aabb::EMPTY, |triangle| triangle.bounds())
+    }
+
+    fn bounds(&self, ids: &[u32]) -> Bounds {
+        let mut bounds = Bounds { triangles: Aabb::EMPTY, centroids: Aabb::EMPTY };
+        for &id in ids {
+            let triangle = self.bounds_of(id);
+            bounds.triangles = bounds.triangles.union(triangle);
+            bounds.centroids = bounds.centroids.with_point(triangle.centre());
+        }
+        bounds
+    }
+
+    /// Divides a subset in two, the lower part in front, and returns the length of that. `None` if it is to be a leaf:
+    /// at the largest depth, or where SAH or the size of the leaf asks for one.
+    fn divide(
+        &self,
+        depth: u32,
+        bounds: &Bounds,
         ids: &mut [u32],
         other: &mut [u32],
-    ) {
-        let bounds_of =
-            |id: u32| triangles.get(id).map_or(Aabb::EMPTY, |triangle| triangle.bounds());
-        match &mut self.phase {
-            Phase::Bound => {
-                for &id in ids.iter() {
-                    let triangle = bounds_of(id);
-                    self.bounds = self.bounds.union(triangle);
-                    self.centroids = self.centroids.with_point(triangle.centre());
-                }
-            }
-            Phase::Fill { axis } => {
-                for &id in ids.iter() {
-                    let triangle = bounds_of(id);
-                    let bin = bin_of(&self.centroids, *axis, &triangle);
-                    if let (Some(count), Some(bounds)) =
-                        (self.counts.get_mut(bin), self.boxes.get_mut(bin))
-                    {
-                        *count += 1;
-                        *bounds = bounds.union(triangle);
-                    }
-                }
-            }
-            Phase::Partition { split, below, above } => {
-                for &id in ids.iter() {
-                    let is_below = bin_of(&self.centroids, split.axis, &bounds_of(id)) < split.bin;
-                    let next = if is_below { &mut *below } else { &mut *above };
-                    put(other, *next as usize, id);
-                    *next += 1;
-                }
-            }
-            Phase::Copy { .. } => {
-                for (to, from) in ids.iter_mut().zip(other.iter()) {
-                    *to = *from;
-                }
-            }
-            Phase::Leaf => words.extend(ids),
+    ) -> Option<usize> {
+        let most_depth = match self.options.level {
+            Level::Automatic => MAX_DEPTH,
+            Level::AtMost(level) => level.min(MAX_DEPTH),
+        };
+        if depth >= most_depth {
+            return None;
         }
+        if depth >= BALANCED_FROM {
+            let too_large = ids.len() > self.options.leaf_capacity.max(1) as usize;
+            return too_large.then_some(ids.len() / 2);
+        }
+        let split = self.split(bounds, ids)?;
+        self.partition(&bounds.centroids, &split, ids, other);
+        Some(split.middle)
     }
 
-    /// Decides what follows on a phase that has looked at all `count` triangles of the part.
-    fn end_phase(
-        &mut self,
-        part: &Part,
-        count: usize,
-        options: &Options,
-        words: &mut Words<'_>,
-    ) -> Result<(), BuildError> {
-        match self.phase {
-            Phase::Bound => {
-                let too_large = count > options.leaf_capacity.max(1) as usize;
-                if part.depth >= split_level(options) {
-                    self.begin_leaf(part, count, words);
-                } else if part.depth < BALANCED_FROM {
-                    self.best = None;
-                    self.begin_axis(0);
-                } else if too_large {
-                    self.halve(part, count as u32 / 2, words)?;
-                } else {
-                    self.begin_leaf(part, count, words);
+    /// Finds the partition of least SAH cost; `None` if a leaf is cheaper and not too large.
+    // Not inlined: the bins need not be on the stack while triangles are partitioned.
+    #[inline(never)]
+    fn split(&self, bounds: &Bounds, ids: &[u32]) -> Option<BinnedSplit> {
+        let mut best: Option<BinnedSplit> = None;
+        for axis in 0..3 {
+            // 1. Fill the bins.
+            let mut counts = [0_u32; BINS];
+            let mut boxes = [Aabb::EMPTY; BINS];
+            for &id in ids {
+                let triangle = self.bounds_of(id);
+                let bin = bin_of(&bounds.centroids, axis, &triangle);
+                if let (Some(count), Some(bounds)) = (counts.get_mut(bin), boxes.get_mut(bin)) {
+                    *count += 1;
+                    *bounds = bounds.union(triangle);
                 }
             }
-            Phase::Fill { axis } => {
-                self.sweep(axis, count);
-                if axis < 2 {
-                    self.begin_axis(axis + 1);
-                } else if let Some(split) = self.cheaper_than_leaf(count, options) {
-                    self.phase = Phase::Partition { split, below: 0, above: split.middle };
-                } else {
-                    self.begin_leaf(part, count, words);
+            // 2. Sweep upwards for the costs of the lower parts, then downwards for the upper parts and the sums.
+            let mut lower = [0.0; BINS];
+            let (mut sum, mut part) = (0, Aabb::EMPTY);
+            for ((cost, &count), bounds) in lower.iter_mut().zip(&counts).zip(&boxes) {
+                sum += count;
+                part = part.union(*bounds);
+                *cost = half_area(part.extent()) * f64::from(sum);
+            }
+            let (mut sum, mut part) = (0, Aabb::EMPTY);
+            for bin in (1..BINS).rev() {
+                sum += counts[bin % BINS];
+                part = part.union(boxes[bin % BINS]);
+                if sum == 0 || sum as usize == ids.len() {
+                    continue;
                 }
-            }
-            Phase::Partition { split, .. } => self.phase = Phase::Copy { middle: split.middle },
-            Phase::Copy { middle } => self.halve(part, middle, words)?,
-            Phase::Leaf => self.part = None,
-        }
-        Ok(())
-    }
-
-    fn begin_axis(&mut self, axis: usize) {
-        (self.counts, self.boxes) = ([0; BINS], [Aabb::EMPTY; BINS]);
-        self.phase = Phase::Fill { axis };
-    }
-
-    /// Writes the number of the leaf's triangles; the ids follow.
-    fn begin_leaf(&mut self, part: &Part, count: usize, words: &mut Words<'_>) {
-        let offset = words.push(count as u32);
-        self.link(part, (offset - self.start) as u32 | LEAF, words);
-        self.phase = Phase::Leaf;
-    }
-
-    /// Writes the part's node, and lets both halves wait.
-    fn halve(&mut self, part: &Part, middle: u32, words: &mut Words<'_>) -> Result<(), BuildError> {
-        let boxes = push_inner(words);
-        self.link(part, (boxes - self.start) as u32, words);
-        let (depth, slot, middle) = (part.depth + 1, boxes as u32, part.first + middle);
-        let below = Part { end: middle, depth, slot, ..*part };
-        let above = Part { first: middle, depth, slot: slot + CHILD_WORDS, ..*part };
-        // There is room for one a level.
-        self.waiting.try_push(above).map_err(|_| BuildError::TooLarge)?;
-        self.waiting.try_push(below).map_err(|_| BuildError::TooLarge)?;
-        self.part = None;
-        Ok(())
-    }
-
-    /// Fills in the part's box and link in its parent.
-    fn link(&self, part: &Part, link: u32, words: &mut Words<'_>) {
-        let slot = part.slot as usize;
-        if part.depth == 0 {
-            words.set(slot, link);
-        } else {
-            set_box(words, slot, &self.bounds, link);
-        }
-    }
-
-    /// Finds the plane of least SAH cost on an axis whose bins are filled.
-    fn sweep(&mut self, axis: usize, count: usize) {
-        // Upwards for the costs of the lower parts, then downwards for the upper parts and the sums.
-        let mut lower = [0.0; BINS];
-        let (mut sum, mut part) = (0, Aabb::EMPTY);
-        for ((cost, &count), bounds) in lower.iter_mut().zip(&self.counts).zip(&self.boxes) {
-            sum += count;
-            part = part.union(*bounds);
-            *cost = half_area(part.extent()) * f64::from(sum);
-        }
-        let (mut sum, mut part) = (0, Aabb::EMPTY);
-        for bin in (1..BINS).rev() {
-            sum += self.counts[bin % BINS];
-            part = part.union(self.boxes[bin % BINS]);
-            if sum == 0 || sum as usize == count {
-                continue;
-            }
-            let cost = lower[(bin - 1) % BINS] + half_area(part.extent()) * f64::from(sum);
-            if self.best.as_ref().is_none_or(|best| cost < best.cost) {
-                self.best = Some(BinnedSplit { axis, bin, middle: count as u32 - sum, cost });
+                let cost = lower[(bin - 1) % BINS] + half_area(part.extent()) * f64::from(sum);
+                if best.as_ref().is_none_or(|best| cost < best.cost) {
+                    best = Some(BinnedSplit { axis, bin, middle: ids.len() - sum as usize, cost });
+                }
             }
         }
-    }
-
-    /// The best partition; `None` if a leaf is cheaper and not too large.
-    fn cheaper_than_leaf(&self, count: usize, options: &Options) -> Option<BinnedSplit> {
-        let split = self.best?;
-        let model = options.cost_model();
-        let whole = half_area(self.bounds.extent());
+        // 3. Compare the best partition with a leaf.
+        let split = best?;
+        let model = self.options.cost_model();
+        let whole = half_area(bounds.triangles.extent());
         let divided = model.traversal * 2.0 * whole + model.intersection * split.cost;
-        let leaf = model.intersection * whole * count as f64;
-        let too_large = count > options.leaf_capacity as usize;
+        let leaf = model.intersection * whole * ids.len() as f64;
+        let too_large = ids.len() > self.options.leaf_capacity as usize;
         (too_large || divided < leaf).then_some(split)
+    }
+
+    /// Partitions `ids`: moves the lower part to the front, and keeps the order within both parts.
+    fn partition(&self, centroids: &Aabb, split: &BinnedSplit, ids: &mut [u32], other: &mut [u32]) {
+        let (mut below, mut above) = (0, split.middle);
+        for &id in ids.iter() {
+            let is_below = bin_of(centroids, split.axis, &self.bounds_of(id)) < split.bin;
+            let next = if is_below { &mut below } else { &mut above };
+            put(other, *next, id);
+            *next += 1;
+        }
+        for (to, from) in ids.iter_mut().zip(other.iter()) {
+            *to = *from;
+        }
     }
 }

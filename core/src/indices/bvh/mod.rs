@@ -30,7 +30,7 @@ use crate::Vec3;
 use crate::cost::Weights;
 use crate::error::BuildError;
 use crate::geometry::{Aabb, RaySpan, Span};
-use crate::input::{BvhBuild, Level, Options};
+use crate::input::{BvhBuild, Options};
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
 use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
@@ -141,7 +141,7 @@ impl LocalIndex for Bvh {
         let ids = arena.take::<u32>(count).ok_or(full)?;
         let other = arena.take::<u32>(count).ok_or(full)?;
         ids.copy_from_slice(group.ids.get(..ids.len()).unwrap_or_default());
-        BinnedBuild::new(count, words).run(group.triangles, options, words, ids, other)
+        BinnedBuild { triangles: group.triangles, options }.write(words, ids, other)
     }
 
     fn traverse<Q: Query>(
@@ -210,14 +210,6 @@ fn check_size(words: usize, count: usize) -> Result<(), BuildError> {
     // For each triangle at most an inner node, and a leaf of two words.
     let most = words.saturating_add(count.saturating_mul(INNER_WORDS as usize + 3));
     if most >= MOST_WORDS { Err(BuildError::TooLarge) } else { Ok(()) }
-}
-
-/// The level from which on parts are leaves, whatever they cost.
-fn split_level(options: &Options) -> u32 {
-    match options.level {
-        Level::Automatic => MAX_DEPTH,
-        Level::AtMost(level) => level.min(MAX_DEPTH),
-    }
 }
 
 /// Finds the bin of a triangle's centroid on an axis.
