@@ -136,20 +136,22 @@ impl<'t> BoxTree<'t> {
         let keys = arena.take::<u64>(count)?;
         let mut buffer = SortBuffer::take(&mut arena, count)?;
         // Half of the centroid, so that no difference of two overflows. How it is rounded does not matter.
-        let centre_of = |member: u32| {
+        let half_centre_of = |member: u32| {
             let bounds = Box4::of(boxes.get(member as usize).unwrap_or(&Aabb::EMPTY));
             bounds.lo * 0.25 + bounds.hi * 0.25
         };
         // 1. The grid lies over all centroids.
-        let all =
-            members.iter().fold(Box4::EMPTY, |all, &member| all.union(Box4::at(centre_of(member))));
+        let all = members
+            .iter()
+            .fold(Box4::EMPTY, |all, &member| all.union(Box4::at(half_centre_of(member))));
         let longest = (all.hi - all.lo).max_element();
         let scale = if longest > SHORTEST { LAST_CELL / longest } else { 0.0 };
         for (key, &member) in keys.iter_mut().zip(members.iter()) {
             // Floats from 2^23 on have the units in their last bits.
-            let cells = ((centre_of(member) - all.lo) * scale).min(Vec4::splat(LAST_CELL));
-            let [x, y, z, _] = (cells + Vec4::splat(UNITS)).to_array().map(f32::to_bits);
-            *key = u64::from(spread_cell(x) | spread_cell(y) << 1 | spread_cell(z) << 2);
+            let cells = ((half_centre_of(member) - all.lo) * scale).min(Vec4::splat(LAST_CELL));
+            let bits = (cells + Vec4::splat(UNITS)).to_array().map(f32::to_bits);
+            let [x, y, z, _] = bits.map(|bits| spread(u64::from(bits & CELL_BITS)));
+            *key = x | y << 1 | z << 2;
         }
         // 2. Sort, and look for crowds.
         sort_by_digits(0..4, keys, members, &mut buffer);
@@ -266,6 +268,8 @@ impl<'t> BoxTree<'t> {
 /// # Measured
 /// - Sixteen bits took two more passes of the sort, and made no fewer pairs of near nodes.
 const LAST_CELL: f32 = 1023.0;
+/// The bits of a cell's number.
+const CELL_BITS: u32 = 0x3ff;
 /// Floats from here on are integers: those that differ by one differ by one in their bits.
 const UNITS: f32 = 8_388_608.0;
 /// Shorter extents are not divided, so that the number of cells a unit is finite.
@@ -286,15 +290,6 @@ const CURVE_BITS: u32 = 21;
 fn ascending_bits(x: f32) -> u32 {
     let bits = x.to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
-}
-
-/// Spreads the lowest ten bits, with two zeros between neighbours.
-fn spread_cell(x: u32) -> u32 {
-    let x = x & 0x3ff;
-    let x = (x | x << 16) & 0x0300_00ff;
-    let x = (x | x << 8) & 0x0300_f00f;
-    let x = (x | x << 4) & 0x030c_30c3;
-    (x | x << 2) & 0x0924_9249
 }
 
 /// Spreads the lowest 21 bits, with two zeros between neighbours.
