@@ -213,9 +213,7 @@ impl<'a, R: Representation> Index<'a, R> {
         }
 
         // 4. Build the structure.
-        let whole_words = word_bytes.len() / size_of::<u32>() * size_of::<u32>();
-        let word_bytes = word_bytes.get_mut(..whole_words).unwrap_or_default();
-        let slots = bytemuck::try_cast_slice_mut(word_bytes).unwrap_or_default();
+        let slots = whole_words(word_bytes);
         let mut words = Words::limited(slots, options.work_limit.unwrap_or(u64::MAX));
         let division = DividedScene { triangles, rays: scene.rays, clusters: &clusters, nodes };
         let built = R::Structure::build(division, options, &mut words, scratch, executor);
@@ -315,4 +313,11 @@ impl<'a, R: Representation> Index<'a, R> {
     pub fn cluster_count(&self) -> u32 {
         self.sections.cluster_count()
     }
+}
+
+/// The whole words that lie in bytes.
+fn whole_words(bytes: &mut [u8]) -> &mut [u32] {
+    let length = bytes.len() / size_of::<u32>() * size_of::<u32>();
+    let bytes = bytes.get_mut(..length).unwrap_or_default();
+    bytemuck::try_cast_slice_mut(bytes).unwrap_or_default()
 }

@@ -1,6 +1,6 @@
 //! Build of a wide BVH in slices.
 
-use super::Index;
+use super::{Index, whole_words};
 use crate::cluster::{ClusterNode, NodeId};
 use crate::error::BuildError;
 use crate::indices::WideBvh;
@@ -66,7 +66,7 @@ impl<'a, 's> SlicedBuild<'a, 's> {
     /// Begins a build in the first bytes of `arena`, and does none of its work. Both slices begin at a multiple of
     /// [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes.
     ///
-    /// How long the index will be is known only once the triangles are sorted: mostly 50 to 60 bytes a triangle.
+    /// The length of the index is known only once the triangles are sorted. It is mostly 50 to 60 bytes a triangle.
     /// [`Index::capacity`] says it exactly, and takes nearly as long as a build.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl<'a, 's> SlicedBuild<'a, 's> {
     ///
     /// # Measured
     /// - AMD EPYC, Zen 5: 4 to 10 ns a look; the longest step of 1,000 looks took 40 µs in scenes of 30,000 to 125,000
-    ///   triangles.
+    ///   triangles, and 0.24 ms in a city of a million, which does not fit into the caches.
     ///
     /// # Errors
     /// [`BuildError::ArenaFull`], which says how many bytes are enough, [`BuildError::TooMuchWork`],
@@ -136,10 +136,7 @@ impl<'a, 's> SlicedBuild<'a, 's> {
         }
         // 2. Build the words.
         let given = self.arena.len();
-        let words = self.arena.get_mut(self.layout.words..).unwrap_or_default();
-        let whole = words.len() / size_of::<u32>() * size_of::<u32>();
-        let words = words.get_mut(..whole).unwrap_or_default();
-        let slots = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
+        let slots = whole_words(self.arena.get_mut(self.layout.words..).unwrap_or_default());
         self.words.go_on(self.scene.triangles, slots, &mut looks).map_err(|error| match error {
             SliceError::Words(words) => {
                 BuildError::ArenaFull { needed: self.layout.total(words), given }

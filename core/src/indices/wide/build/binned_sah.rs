@@ -43,7 +43,7 @@ pub(super) const FEW: usize = 96;
 ///   5% more nodes and half as much scratch again.
 const EVERY_FIFTH: usize = 16_384;
 
-/// Of `count` primitives, one in so many is binned.
+/// The stride with which `count` primitives are binned: 1 bins all of them.
 pub(super) fn stride_of(count: usize) -> u8 {
     if count >= EVERY_FIFTH { 5 } else { 1 }
 }

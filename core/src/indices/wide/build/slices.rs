@@ -25,11 +25,11 @@ const _: () = assert!(AT_ONCE >= FEW, "more primitives have all bins");
 
 /// Largest number of subsets whose halves are being sorted, each inside the one before: as many as have more than
 /// `AT_ONCE` primitives.
-const MOST_FRAMES: usize = (BALANCED_FROM + MOST_TRIANGLES.ilog2() - AT_ONCE.ilog2()) as usize + 1;
+const MOST_OPEN: usize = (BALANCED_FROM + MOST_TRIANGLES.ilog2() - AT_ONCE.ilog2()) as usize + 1;
 
 /// Run of primitives that is to be sorted.
 #[derive(Clone, Copy)]
-struct Part {
+struct PrimitiveRun {
     from: usize,
     count: usize,
     depth: u32,
@@ -37,7 +37,7 @@ struct Part {
 }
 
 /// Subset whose halves are being sorted.
-struct Frame {
+struct OpenSplit {
     from: usize,
     count: usize,
     depth: u32,
@@ -64,17 +64,17 @@ enum Task {
     },
     /// Add the primitives from `next` on to their bins.
     Bin {
-        part: Part,
+        part: PrimitiveRun,
         bins: Bins,
         next: usize,
     },
     Partition {
-        part: Part,
+        part: PrimitiveRun,
         partition: Partition,
     },
     /// Compute the bounds of both sides, of which the first has `length` primitives.
     Measure {
-        part: Part,
+        part: PrimitiveRun,
         length: usize,
         next: usize,
         sides: [PrimitiveBounds; 2],
@@ -87,7 +87,7 @@ enum Task {
 pub(crate) struct SlicedSort {
     /// `None` once all is sorted.
     task: Option<Task>,
-    above: ArrayVec<Frame, MOST_FRAMES>,
+    above: ArrayVec<OpenSplit, MOST_OPEN>,
     binned: Binned<BINS>,
     /// The bounds of all primitives, once they are prepared.
     bounds: PrimitiveBounds,
@@ -131,7 +131,8 @@ impl SlicedSort {
                         Task::Prepare { next: end, bounds }
                     } else {
                         self.bounds = bounds;
-                        let all = Part { from: 0, count: primitives.len(), depth: 0, bounds };
+                        let all =
+                            PrimitiveRun { from: 0, count: primitives.len(), depth: 0, bounds };
                         self.begin(all, primitives, splits, looks)
                     }
                 }
@@ -160,7 +161,7 @@ impl SlicedSort {
                         Task::Measure { part, length, next: end, sides }
                     } else {
                         let [first, second] = sides;
-                        let frame = Frame {
+                        let frame = OpenSplit {
                             from: part.from,
                             count: part.count,
                             depth: part.depth,
@@ -171,14 +172,14 @@ impl SlicedSort {
                         let pushed = self.above.try_push(frame).is_ok();
                         debug_assert!(pushed, "one for each level");
                         let depth = part.depth + 1;
-                        let half = Part { from: part.from, count: length, depth, bounds: first };
+                        let half =
+                            PrimitiveRun { from: part.from, count: length, depth, bounds: first };
                         self.begin(half, primitives, splits, looks)
                     }
                 }
-                Task::Join(forest) => match self.join(forest, splits) {
-                    Ok(half) => self.begin(half, primitives, splits, looks),
-                    Err((forest, true)) => return Some(forest),
-                    Err((forest, false)) => Task::Join(forest),
+                Task::Join(forest) => match self.above.pop() {
+                    Some(open) => self.go_on_above(open, forest, primitives, splits, looks),
+                    None => return Some(forest),
                 },
             };
             self.task = Some(task);
@@ -189,7 +190,7 @@ impl SlicedSort {
     /// The first task of a part. Few primitives are sorted at once.
     fn begin(
         &mut self,
-        part: Part,
+        part: PrimitiveRun,
         primitives: &mut [Primitive],
         splits: &mut [BinarySplit],
         looks: &mut usize,
@@ -213,7 +214,7 @@ impl SlicedSort {
     /// Adds primitives to their bins, and finds the plane once all are in theirs.
     fn bin(
         &mut self,
-        part: Part,
+        part: PrimitiveRun,
         bins: Bins,
         next: usize,
         primitives: &mut [Primitive],
@@ -234,24 +235,30 @@ impl SlicedSort {
         }
     }
 
-    /// Goes on above a part that is sorted: with the second half, or with the table of both halves and whether nothing
-    /// is above.
-    fn join(&mut self, forest: Forest, splits: &mut [BinarySplit]) -> Result<Part, (Forest, bool)> {
-        let Some(mut frame) = self.above.pop() else { return Err((forest, true)) };
-        let at = frame.from + frame.length;
-        match frame.half {
+    /// The first task above a half that is sorted, whose table is given: of the second half, or of what is above both.
+    fn go_on_above(
+        &mut self,
+        mut open: OpenSplit,
+        forest: Forest,
+        primitives: &mut [Primitive],
+        splits: &mut [BinarySplit],
+        looks: &mut usize,
+    ) -> Task {
+        let at = open.from + open.length;
+        match open.half {
             Half::First(bounds) => {
-                let (count, depth) = (frame.count - frame.length, frame.depth + 1);
-                frame.half = Half::Second(forest);
-                let pushed = self.above.try_push(frame).is_ok();
+                let (count, depth) = (open.count - open.length, open.depth + 1);
+                open.half = Half::Second(forest);
+                let pushed = self.above.try_push(open).is_ok();
                 debug_assert!(pushed, "it was just there");
-                Ok(Part { from: at, count, depth, bounds })
+                let second = PrimitiveRun { from: at, count, depth, bounds };
+                self.begin(second, primitives, splits, looks)
             }
             Half::Second(first) => {
-                let (mut both, split) = Forest::join(&first, &forest, at as u32, frame.half_area);
-                both.steps += frame.count as u64;
+                let (mut both, split) = Forest::join(&first, &forest, at as u32, open.half_area);
+                both.steps += open.count as u64;
                 put(splits, at, split);
-                Err((both, false))
+                Task::Join(both)
             }
         }
     }
@@ -265,11 +272,11 @@ fn take(looks: &mut usize, wanted: usize) -> usize {
 }
 
 /// The primitives of a part.
-fn run_of(part: Part, primitives: &mut [Primitive]) -> &mut [Primitive] {
+fn run_of(part: PrimitiveRun, primitives: &mut [Primitive]) -> &mut [Primitive] {
     primitives.get_mut(part.from..part.from + part.count).unwrap_or_default()
 }
 
 /// The task that computes the bounds of two sides.
-fn measure(part: Part, length: usize) -> Task {
+fn measure(part: PrimitiveRun, length: usize) -> Task {
     Task::Measure { part, length, next: 0, sides: [PrimitiveBounds::EMPTY; 2] }
 }

@@ -21,19 +21,22 @@ pub(crate) struct SlicedWords<'s> {
     splits: &'s mut [BinarySplit],
     work_limit: u64,
     sort: SlicedSort,
-    phase: Phase,
+    /// The table of all primitives, once they are sorted.
+    forest: Option<Forest>,
+    planner: Planner,
+    stage: Stage,
 }
 
-/// What is done next.
-enum Phase {
+/// What is done next. The stages after the first are the phases of `emit`.
+#[derive(Clone, Copy)]
+enum Stage {
     Sort,
-    /// The first pass is done; the table of all.
-    Plan(Forest, Planner),
-    /// Write what is below the upper node.
-    Below(Forest, Planner, usize),
+    Plan,
+    /// Write what is below the upper node of this number.
+    Below(usize),
     /// Join the boxes of the upper nodes before this one.
-    Join(Forest, Planner, usize),
-    Done(usize),
+    Join(usize),
+    Done,
 }
 
 impl<'s> SlicedWords<'s> {
@@ -56,8 +59,9 @@ impl<'s> SlicedWords<'s> {
         let (Some(primitives), Some(splits)) = (scratch.take(count), scratch.take(count)) else {
             return Ok(None);
         };
-        let phase = if count > 0 { Phase::Sort } else { Phase::Done(0) };
-        Ok(Some(Self { primitives, splits, work_limit, sort: SlicedSort::new(), phase }))
+        let stage = if count > 0 { Stage::Sort } else { Stage::Done };
+        let (sort, planner) = (SlicedSort::new(), Planner::default());
+        Ok(Some(Self { primitives, splits, work_limit, sort, forest: None, planner, stage }))
     }
 
     /// The box of the scene, once all is sorted.
@@ -67,10 +71,14 @@ impl<'s> SlicedWords<'s> {
 
     /// The number of words, once they are written; `None` before.
     pub fn word_count(&self) -> Option<usize> {
-        match self.phase {
-            Phase::Done(count) => Some(count),
-            _ => None,
-        }
+        let Stage::Done = self.stage else { return None };
+        Some(self.root().map_or(0, |root| word_count(&root)))
+    }
+
+    /// The subtree of all primitives, once they are sorted.
+    fn root(&self) -> Option<Subtree<'_>> {
+        let forest = self.forest.as_ref()?;
+        Some(Subtree::root(self.primitives, self.splits, forest))
     }
 
     /// Goes on until the words are written, or no look is left. Takes the looks from `looks`. `slots` are the same
@@ -85,69 +93,65 @@ impl<'s> SlicedWords<'s> {
         looks: &mut usize,
     ) -> Result<(), SliceError> {
         while *looks > 0 {
-            // 1. First pass.
-            if matches!(self.phase, Phase::Sort) {
-                let sorted = self.sort.go_on(triangles, self.primitives, self.splits, looks);
-                let Some(forest) = sorted else { return Ok(()) };
-                Words::limited(&mut [], self.work_limit).spend(forest.steps)?;
-                self.phase = Phase::Plan(forest, Planner::default());
-            }
-            let forest = match &self.phase {
-                Phase::Plan(forest, _) | Phase::Below(forest, ..) | Phase::Join(forest, ..) => {
-                    forest
+            self.stage = match self.stage {
+                Stage::Done => return Ok(()),
+                Stage::Sort => {
+                    let sorted = self.sort.go_on(triangles, self.primitives, self.splits, looks);
+                    let Some(forest) = sorted else { return Ok(()) };
+                    Words::limited(&mut [], self.work_limit).spend(forest.steps)?;
+                    self.forest = Some(forest);
+                    Stage::Plan
                 }
-                Phase::Sort | Phase::Done(_) => return Ok(()),
+                stage => self.emit(stage, triangles, slots, looks)?,
             };
-            // 2. Second pass: the rows behind the head.
-            let root = Subtree::root(self.primitives, self.splits, forest);
-            let needed = word_count(&root);
-            let words = slots.get_mut(..needed).ok_or(SliceError::Words(needed))?;
-            let rows: &mut [Row] = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
-            let Some((head, rows)) = rows.split_first_chunk_mut() else {
-                return Err(SliceError::Words(needed));
-            };
-            let largest = self.sort.bounds().bounds.largest_coordinate();
-            let done = match &mut self.phase {
-                Phase::Plan(_, planner) => {
-                    let count = looks.div_ceil(LOOKS_PER_NODE);
-                    let before = planner.planned();
-                    let is_planned = planner.go_on(rows, root, count);
-                    *looks = looks.saturating_sub((planner.planned() - before) * LOOKS_PER_NODE);
-                    is_planned
-                }
-                Phase::Below(_, planner, at) => {
-                    let writer = Writer::new(triangles, root, planner, &Sequential);
-                    let written = writer.below_one(rows, *at);
-                    *looks = looks.saturating_sub(written.unwrap_or(0).max(1));
-                    *at += 1;
-                    written.is_none()
-                }
-                Phase::Join(_, planner, end) => {
-                    let writer = Writer::new(triangles, root, planner, &Sequential);
-                    let count = looks.div_ceil(LOOKS_PER_NODE);
-                    let start = writer.join_some(rows, *end, count);
-                    *looks = looks.saturating_sub((*end - start) * LOOKS_PER_NODE);
-                    *end = start;
-                    if start == 0 {
-                        writer.finish(largest, head, rows);
-                    }
-                    start == 0
-                }
-                Phase::Sort | Phase::Done(_) => false,
-            };
-            if done {
-                self.phase = match core::mem::replace(&mut self.phase, Phase::Sort) {
-                    Phase::Plan(forest, planner) => Phase::Below(forest, planner, 0),
-                    Phase::Below(forest, planner, _) => {
-                        let end = planner.planned();
-                        Phase::Join(forest, planner, end)
-                    }
-                    Phase::Join(..) => Phase::Done(needed),
-                    other => other,
-                };
-            }
         }
         Ok(())
+    }
+
+    /// Does some of a stage of the second pass, and returns what is done next.
+    fn emit(
+        &mut self,
+        stage: Stage,
+        triangles: Mesh<'_>,
+        slots: &mut [u32],
+        looks: &mut usize,
+    ) -> Result<Stage, SliceError> {
+        let Some(forest) = &self.forest else { return Ok(Stage::Sort) };
+        let root = Subtree::root(self.primitives, self.splits, forest);
+        let needed = word_count(&root);
+        let full = || SliceError::Words(needed);
+        let words = slots.get_mut(..needed).ok_or_else(full)?;
+        let rows: &mut [Row] = bytemuck::try_cast_slice_mut(words).unwrap_or_default();
+        let (head, rows) = rows.split_first_chunk_mut().ok_or_else(full)?;
+        let most_nodes = looks.div_ceil(LOOKS_PER_NODE);
+        if let Stage::Plan = stage {
+            let before = self.planner.planned();
+            let is_planned = self.planner.go_on(rows, root, most_nodes);
+            let planned = self.planner.planned() - before;
+            *looks = looks.saturating_sub(planned * LOOKS_PER_NODE);
+            return Ok(if is_planned { Stage::Below(0) } else { Stage::Plan });
+        }
+        let writer = Writer::new(triangles, root, &self.planner, &Sequential);
+        Ok(match stage {
+            Stage::Below(at) => match writer.below_one(rows, at) {
+                Some(written) => {
+                    *looks = looks.saturating_sub(written.max(1));
+                    Stage::Below(at + 1)
+                }
+                None => Stage::Join(self.planner.planned()),
+            },
+            Stage::Join(end) => {
+                let start = writer.join_some(rows, end, most_nodes);
+                *looks = looks.saturating_sub((end - start) * LOOKS_PER_NODE);
+                if start > 0 {
+                    Stage::Join(start)
+                } else {
+                    writer.finish(self.sort.bounds().bounds.largest_coordinate(), head, rows);
+                    Stage::Done
+                }
+            }
+            other => other,
+        })
     }
 }
 
