@@ -87,14 +87,9 @@ impl Irradiance {
         outputs.check_out(JobKind::Irradiance, &["npy"])?;
         outputs.refuse(JobKind::Irradiance, &["--values"])?;
         self.out.clone_from(&outputs.out);
-        self.part = PartArguments::NONE;
-        self.lighting.estimator.load_map = None;
-        self.lighting.estimator.save_map.clone_from(&outputs.save_map);
+        outputs.redirect(&mut self.scene, &mut self.lighting, &mut self.part);
         if let Some(path) = &outputs.points {
             self.points.clone_from(path);
-        }
-        if let Some(path) = &outputs.scene_file {
-            self.scene.move_to(path);
         }
         self.run_with(&[], Team::Alone, Some(merged))
     }

@@ -150,12 +150,7 @@ impl Render {
         outputs.refuse(JobKind::Render, &["--points"])?;
         self.out.clone_from(&outputs.out);
         self.values.clone_from(&outputs.values);
-        self.part = PartArguments::NONE;
-        self.lighting.estimator.load_map = None;
-        self.lighting.estimator.save_map.clone_from(&outputs.save_map);
-        if let Some(path) = &outputs.scene_file {
-            self.scene.move_to(path);
-        }
+        outputs.redirect(&mut self.scene, &mut self.lighting, &mut self.part);
         self.run_with(&[], Team::Alone, Some(merged))
     }
 

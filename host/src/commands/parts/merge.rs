@@ -7,8 +7,10 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 
 use super::MergedJob;
+use crate::commands::arguments::SceneArguments;
+use crate::commands::arguments::part::PartArguments;
 use crate::commands::arguments::values::file_ending_in;
-use crate::commands::lit_scene::print_balance;
+use crate::commands::lit_scene::{LightingArguments, print_balance};
 use crate::commands::output::{count, say};
 use crate::commands::shoot::write_flux;
 use crate::commands::{Command, parse_recorded};
@@ -62,6 +64,21 @@ pub struct MergeOutputs {
 }
 
 impl MergeOutputs {
+    /// Makes a command that parts recorded one that writes what the merge writes, and reads the scene where it is now.
+    pub fn redirect(
+        &self,
+        scene: &mut SceneArguments,
+        lighting: &mut LightingArguments,
+        part: &mut PartArguments,
+    ) {
+        if let Some(path) = &self.scene_file {
+            scene.move_to(path);
+        }
+        lighting.estimator.load_map = None;
+        lighting.estimator.save_map.clone_from(&self.save_map);
+        *part = PartArguments::NONE;
+    }
+
     /// Checks that --out has one of the endings that a command writes.
     ///
     /// # Errors
