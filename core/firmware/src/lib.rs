@@ -1,4 +1,4 @@
-//! What the programs share: the yard, its index, and a board's console and end.
+//! Library of the programs: the yard of 200 triangles, its index in flash, and the console of each board.
 #![no_std]
 
 pub mod board;

@@ -166,7 +166,7 @@ fn gather_fragments(
 
 /// Number of boxes in a run: two orders are compared by the boxes around their runs.
 const RUN: usize = 64;
-/// Of so many runs, one is looked at.
+/// Number of runs for each one whose volume is measured.
 ///
 /// # Measured
 /// - Trees over both orders, of which one was kept, chose alike, and took a seventh of the time of finding clusters.

@@ -1,4 +1,4 @@
-//! As little as a program that asks can be: opens the index in flash, and asks for the closest hit of one ray.
+//! Smallest program that asks an index: it opens the one in flash, and asks for the closest hit of one ray.
 #![no_std]
 #![no_main]
 

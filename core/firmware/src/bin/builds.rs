@@ -1,4 +1,4 @@
-//! As little as a program that builds can be: builds an index, and asks for the closest hit of one ray.
+//! Smallest program that builds an index: it asks the index for the closest hit of one ray.
 #![no_std]
 #![no_main]
 
