@@ -29,7 +29,7 @@
 use super::near::{BoxGroup, GROUP, Nearness, bits};
 use super::union_find::{root_from, unite_from};
 use crate::geometry::Box4;
-use crate::input::Executor;
+use crate::input::{Executor, Sequential};
 use crate::memory::put;
 
 /// Number of boxes from which on subtrees are offered to the executor.
@@ -204,9 +204,17 @@ impl<'p> Part<'p> {
     }
 }
 
+/// Joins all near boxes, with the caller's executor.
+pub(super) type JoinAll<'e> = dyn Fn(&Join<'_>, &mut Part<'_>) + 'e;
+
 impl Join<'_> {
+    /// Joins all near boxes.
+    pub fn all(&self, part: &mut Part<'_>, executor: &impl Executor) {
+        self.within(part, JoinNode::root(self.count), executor);
+    }
+
     /// Joins the near boxes below a node. The recursion is as deep as the tree.
-    pub fn within(&self, part: &mut Part<'_>, node: JoinNode, executor: &impl Executor) {
+    fn within(&self, part: &mut Part<'_>, node: JoinNode, executor: &impl Executor) {
         let range = node.range(self.count);
         if range.is_empty() {
             return;
@@ -224,8 +232,8 @@ impl Join<'_> {
                 let is_cut_short = below_left.is_cut_short | below_right.is_cut_short;
                 part.is_cut_short |= is_cut_short;
             } else {
-                self.within(part, left, executor);
-                self.within(part, right, executor);
+                self.within_in_turn(part, left);
+                self.within_in_turn(part, right);
             }
             // 2. A fragment may lie across the middle.
             self.continue_fragment(part, right.first);
@@ -249,6 +257,11 @@ impl Join<'_> {
             }
         }
         self.renew_mark(part, node);
+    }
+
+    /// [`within`](Self::within) without an executor, so that it is compiled once.
+    fn within_in_turn(&self, part: &mut Part<'_>, node: JoinNode) {
+        self.within(part, node, &Sequential);
     }
 
     /// Joins a box with the one before, if both are of one fragment.

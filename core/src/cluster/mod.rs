@@ -29,6 +29,7 @@ use crate::error::BuildError;
 use crate::geometry::{Aabb, Box4};
 use crate::input::{Executor, Mesh, Options, Scene, Sequential};
 use crate::memory::{Arena, put, size_of_slice};
+use dual_join::{Join, JoinAll, Part};
 
 pub(crate) use join::{join, join_bytes};
 pub use node::{ClusterNode, NodeId};
@@ -192,7 +193,9 @@ pub(crate) fn detect<'s>(
     let order = arena.take::<u32>(count)?;
     let ends = arena.take::<u32>(count)?;
     let rest = arena.into_rest();
-    let found = divide(scene, options, order, ends, classes, Arena::new(&mut *rest)?, executor)?;
+    // Only this depends on the executor: the rest is compiled here, whatever the caller's is, with all that it inlines.
+    let join = |join: &Join<'_>, part: &mut Part<'_>| join.all(part, executor);
+    let found = divide(scene, options, order, ends, classes, Arena::new(&mut *rest)?, &join)?;
     let ends = ends.get(..found.cluster_count as usize)?;
     let classes = classes.get(..found.cluster_count as usize).unwrap_or_default();
     let Found { class_count, is_cut_short, .. } = found;
@@ -216,7 +219,7 @@ fn divide(
     ends: &mut [u32],
     classes: &mut [u32],
     mut arena: Arena<'_>,
-    executor: &impl Executor,
+    join: &JoinAll<'_>,
 ) -> Option<Found> {
     let triangles = scene.triangles;
     let count = triangles.len();
@@ -266,7 +269,7 @@ fn divide(
         let proximity = f64::from(options.proximity);
         let delta_squared = proximity * proximity * class.typical_size_squared;
         is_cut_short |=
-            proximity::connect(boxes, members, delta_squared, component, &mut scratch, executor)?;
+            proximity::connect(boxes, members, delta_squared, component, &mut scratch, join)?;
     }
 
     // 4. Number the components in the order of their lowest triangle, and list the triangles of each.

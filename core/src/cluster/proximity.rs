@@ -14,11 +14,10 @@
 use core::mem::replace;
 
 use super::box_tree::{BoxTree, Scratch};
-use super::dual_join::{Join, JoinNode, Part, fill, group_count, node_count};
+use super::dual_join::{Join, JoinAll, JoinNode, Part, fill, group_count, node_count};
 use super::near::{BoxGroup, GROUP, Nearness};
 use super::union_find::{flatten, unite};
 use crate::geometry::{Aabb, Box4};
-use crate::input::Executor;
 use crate::memory::size_of_slice;
 
 /// Index that stands for "no box yet".
@@ -45,7 +44,7 @@ pub(super) fn connect(
     delta_squared: f64,
     component: &mut [u32],
     scratch: &mut Scratch<'_>,
-    executor: &impl Executor,
+    join_all: &JoinAll<'_>,
 ) -> Option<bool> {
     let near = Nearness::new(delta_squared);
     // 1. Join neighbours on the curve, unless all members are one fragment already.
@@ -125,7 +124,7 @@ pub(super) fn connect(
     let continues = is_by_fragment.then_some(&*continues);
     let join = Join { count: members.len(), groups, nodes, near, continues };
     let mut part = Part::whole(marks, parents);
-    join.within(&mut part, whole, executor);
+    join_all(&join, &mut part);
     for (at, &member) in (0..).zip(members.iter()) {
         let lowest = *members.get(part.root(at) as usize)?;
         // Those of a fragment are joined already.
