@@ -22,9 +22,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
 use crate::geometry::{Aabb, Box4};
-use crate::memory::{
-    Arena, SortBuffer, put, size_of_slice, sort_by_digits, sort_by_key, sort_by_upper_half,
-};
+use crate::memory::{Arena, SortBuffer, put, size_of_slice, sort_by_key, sort_by_upper_half};
 
 /// Number of boxes in a group. Fewer make more nodes, more make more comparisons.
 ///
@@ -68,7 +66,7 @@ impl NodeRef {
 /// Memory of a tree and of its build, divided anew for each phase:
 ///
 /// ```text
-/// cells:  keys u64 | buffer u64 and u32
+/// cells:  keys u64 | buffer u64
 /// ranks:  codes u64 | keys u64 | buffer u64
 /// curve:  codes u64 | buffer u64 and u32
 /// tree:   nodes
@@ -97,7 +95,13 @@ impl<'a> Scratch<'a> {
         Arena::new(&mut *self.bytes)
     }
 
-    /// Takes keys and a sort buffer for sorts of the user, as long as there is no tree.
+    /// Takes keys and a buffer for sorts of keys alone, as long as there is no tree.
+    pub fn keys(&mut self, count: usize) -> Option<[&mut [u64]; 2]> {
+        let mut arena = self.arena()?;
+        Some([arena.take(count)?, arena.take(count)?])
+    }
+
+    /// Takes keys and a sort buffer for sorts of values by keys, as long as there is no tree.
     pub fn sorting(&mut self, count: usize) -> Option<(&mut [u64], SortBuffer<'_>)> {
         let mut arena = self.arena()?;
         Some((arena.take(count)?, SortBuffer::take(&mut arena, count)?))
@@ -132,9 +136,7 @@ impl<'t> BoxTree<'t> {
         scratch: &mut Scratch<'_>,
     ) -> Option<bool> {
         let count = members.len();
-        let mut arena = scratch.arena()?;
-        let keys = arena.take::<u64>(count)?;
-        let mut buffer = SortBuffer::take(&mut arena, count)?;
+        let [keys, buffer] = scratch.keys(count)?;
         // Half of the centroid, so that no difference of two overflows. How it is rounded does not matter.
         let half_centre_of = |member: u32| {
             let bounds = Box4::of(boxes.get(member as usize).unwrap_or(&Aabb::EMPTY));
@@ -151,14 +153,15 @@ impl<'t> BoxTree<'t> {
             let cells = ((half_centre_of(member) - all.lo) * scale).min(Vec4::splat(LAST_CELL));
             let bits = (cells + Vec4::splat(UNITS)).to_array().map(f32::to_bits);
             let [x, y, z, _] = bits.map(|bits| spread(u64::from(bits & CELL_BITS)));
-            *key = x | y << 1 | z << 2;
+            *key = (x | y << 1 | z << 2) << 32 | u64::from(member);
         }
         // 2. Sort, and look for crowds.
-        sort_by_digits(0..4, keys, members, &mut buffer);
-        if keys.iter().zip(keys.iter().skip(CROWDED)).any(|(key, next)| key == next) {
-            return Some(false);
+        sort_by_upper_half(keys, buffer);
+        for (member, &key) in members.iter_mut().zip(keys.iter()) {
+            *member = key as u32;
         }
-        Some(true)
+        let cells = || keys.iter().map(|key| key >> 32);
+        Some(cells().zip(cells().skip(CROWDED)).all(|(cell, next)| cell != next))
     }
 
     /// Sorts along the curve through the ranks of the centroids on each axis. `None` if the scratch is too small.

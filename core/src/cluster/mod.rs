@@ -30,6 +30,7 @@ use crate::geometry::{Aabb, Box4};
 use crate::input::{Executor, Mesh, Options, Scene, Sequential};
 use crate::memory::{Arena, put, size_of_slice};
 use dual_join::{Join, JoinAll, Part};
+use size_class::MOST_CLASSES;
 
 pub(crate) use join::{join, join_bytes};
 pub use node::{ClusterNode, NodeId};
@@ -211,7 +212,7 @@ struct Found {
 
 /// Fills the lists of a partition, each as long as there are triangles; `classes` may be empty.
 ///
-/// Earlier phases use `order` for the class of each primitive, and `ends` for the primitives sorted by size.
+/// Earlier phases use `order` for the class of each primitive, and `ends` for the primitives of each class.
 fn divide(
     scene: &Scene<'_>,
     options: &Options,
@@ -244,19 +245,29 @@ fn divide(
     }
 
     // 2. Divide the primitives into size classes.
-    let (class_of, sorted) = (order, ends);
+    let (class_of, members) = (order, ends);
     let component = arena.take::<u32>(count)?;
     for (id, slot) in (0..).zip(component.iter_mut()) {
         *slot = id;
     }
     let mut scratch = box_tree::Scratch::take(&mut arena, proximity::scratch_bytes(count))?;
-    let (keys, mut buffer) = scratch.sorting(count)?;
-    let size_classes = size_class::divide(boxes, options, keys, sorted, &mut buffer);
+    let [keys, buffer] = scratch.keys(count)?;
+    let size_classes = size_class::divide(boxes, options, keys, buffer);
     let class_count = size_classes.len() as u32;
+    // The members of a class are a run, in which they are listed as they lie in memory.
+    let mut ends = [0; MOST_CLASSES];
+    let mut sum = 0;
+    for (end, class) in ends.iter_mut().zip(&size_classes) {
+        *end = sum;
+        sum += class.count;
+    }
     class_of.fill(0);
-    for (number, class) in (0..).zip(&size_classes).skip(1) {
-        for &member in sorted.get(class.run.clone())? {
-            *class_of.get_mut(member as usize)? = number;
+    for (id, (bounds, class)) in (0..).zip(boxes.iter().zip(class_of.iter_mut())) {
+        if !bounds.is_empty() {
+            *class = size_class::class_of(bounds, &size_classes);
+            let end = ends.get_mut(*class as usize)?;
+            *members.get_mut(*end)? = id;
+            *end += 1;
         }
     }
 
@@ -264,8 +275,8 @@ fn divide(
     let table = scratch.arena()?.take::<u32>(2 * count)?;
     corners::join_at_corners(triangles, primitive_of, class_of, component, table);
     let mut is_cut_short = false;
-    for class in size_classes {
-        let members = sorted.get_mut(class.run)?;
+    for (class, end) in size_classes.iter().zip(ends) {
+        let members = members.get_mut(end.checked_sub(class.count)?..end)?;
         let proximity = f64::from(options.proximity);
         let delta_squared = proximity * proximity * class.typical_size_squared;
         is_cut_short |=
@@ -273,7 +284,7 @@ fn divide(
     }
 
     // 4. Number the components in the order of their lowest triangle, and list the triangles of each.
-    let (order, ends) = (class_of, sorted);
+    let (order, ends) = (class_of, members);
     let number_of: &mut [u32] = bytemuck::must_cast_slice_mut(boxes);
     let number_of = number_of.get_mut(..count)?;
     number_of.fill(u32::MAX);

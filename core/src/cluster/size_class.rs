@@ -17,7 +17,10 @@ use arrayvec::ArrayVec;
 
 use crate::geometry::Aabb;
 use crate::input::Options;
-use crate::memory::{SortBuffer, nth_smallest, sort_by_digits};
+use crate::memory::{nth_smallest, put, sort_by_digits};
+
+/// The most classes.
+pub(super) const MOST_CLASSES: usize = 4;
 
 /// Least ratio of two neighbouring sizes that are divided. Triangles of one tessellated object differ by less from one
 /// to the next.
@@ -36,42 +39,42 @@ fn exponent(key: u64) -> u64 {
     key >> (8 * EXPONENT.start)
 }
 
-/// Size class: a run of the sorted primitives.
+/// Size class: the primitives from a size on, up to the next class.
 pub(super) struct SizeClass {
-    /// The run in the sorted order.
-    pub run: Range<usize>,
+    /// The number of primitives.
+    pub count: usize,
+    /// The square of the least box diagonal.
+    least_squared: f64,
     /// The square of the median box diagonal.
     pub typical_size_squared: f64,
 }
 
-/// Divides the non-empty boxes by diagonal into at most `options.size_classes` classes. Lists them in `sorted`, each class
-/// in a run, that of the smallest primitives first.
+/// Finds the class of a non-empty box, among those that it was divided into.
+pub(super) fn class_of(bounds: &Aabb, classes: &[SizeClass]) -> u32 {
+    let above = classes.iter().skip(1);
+    above.filter(|class| bounds.diagonal_squared() >= class.least_squared).count() as u32
+}
+
+/// Divides the non-empty boxes by diagonal into at most `options.size_classes` classes, that of the smallest primitives
+/// first. `keys` and `buffer` have a word for each box.
 pub(super) fn divide(
     boxes: &[Aabb],
     options: &Options,
     keys: &mut [u64],
-    sorted: &mut [u32],
-    buffer: &mut SortBuffer<'_>,
-) -> ArrayVec<SizeClass, 4> {
+    buffer: &mut [u64],
+) -> ArrayVec<SizeClass, MOST_CLASSES> {
     // 1. Sort the squares of the diagonals by their exponents. The bits of non-negative floats sort like the floats.
     let mut count = 0;
-    for (id, bounds) in (0..).zip(boxes) {
-        if !bounds.is_empty()
-            && let (Some(key), Some(slot)) = (keys.get_mut(count), sorted.get_mut(count))
-        {
-            *key = bounds.diagonal_squared().to_bits();
-            *slot = id;
-            count += 1;
-        }
+    for bounds in boxes.iter().filter(|bounds| !bounds.is_empty()) {
+        put(keys, count, bounds.diagonal_squared().to_bits());
+        count += 1;
     }
-    let (Some(keys), Some(sorted)) = (keys.get_mut(..count), sorted.get_mut(..count)) else {
-        return ArrayVec::new();
-    };
-    sort_by_digits(EXPONENT, keys, sorted, buffer);
+    let keys = keys.get_mut(..count).unwrap_or_default();
+    sort_by_digits(EXPONENT, keys, buffer);
 
     // 2. Find the widest gaps, as (ratio of squares, index of the first primitive above); of equal ones, the lowest.
     // Gaps lie between runs of equal exponents.
-    let mut gaps = ArrayVec::<(f64, usize), 4>::new();
+    let mut gaps = ArrayVec::<(f64, usize), MOST_CLASSES>::new();
     let (mut rest, mut largest) = (&*keys, 0.0);
     while let Some(&first) = rest.first() {
         let position = count - rest.len();
@@ -105,8 +108,13 @@ pub(super) fn divide(
     while start < count {
         let end = gaps.iter().map(|gap| gap.1).filter(|&position| position > start).min();
         let end = end.unwrap_or(count);
-        let median = median(keys.get_mut(start..end).unwrap_or_default());
-        let class = SizeClass { run: start..end, typical_size_squared: f64::from_bits(median) };
+        let keys = keys.get_mut(start..end).unwrap_or_default();
+        let least = keys.iter().copied().min().unwrap_or(0);
+        let class = SizeClass {
+            count: keys.len(),
+            least_squared: f64::from_bits(least),
+            typical_size_squared: f64::from_bits(median(keys)),
+        };
         let pushed = classes.try_push(class).is_ok();
         debug_assert!(pushed, "three gaps make four classes");
         start = end;

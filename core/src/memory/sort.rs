@@ -25,23 +25,18 @@ impl<'a> SortBuffer<'a> {
 /// Sorts `values` by `keys`, which are as many; equal keys keep their order. The buffer was taken for at least that
 /// number.
 pub(crate) fn sort_by_key(keys: &mut [u64], values: &mut [u32], buffer: &mut SortBuffer<'_>) {
-    sort_by_digits(0..8, keys, values, buffer);
+    sort_with(0..8, keys, values, buffer.keys, buffer.values);
 }
 
-/// Sorts `values` by a range of the eight-bit digits of `keys`, as [`sort_by_key`] does; digit 0 is the lowest.
-pub(crate) fn sort_by_digits(
-    digits: Range<u32>,
-    keys: &mut [u64],
-    values: &mut [u32],
-    buffer: &mut SortBuffer<'_>,
-) {
-    sort_with(digits, keys, values, buffer.keys, buffer.values);
+/// Sorts `keys` by a range of their eight-bit digits; digit 0 is the lowest. The other digits move with them. Keys that are
+/// equal there keep their order. `buffer` is at least as long as `keys`.
+pub(crate) fn sort_by_digits(digits: Range<u32>, keys: &mut [u64], buffer: &mut [u64]) {
+    sort_with(digits, keys, &mut [], buffer, &mut []);
 }
 
-/// Sorts `keys` by their upper half. The lower half is a value that moves with it. Equal upper halves keep their order.
-/// `buffer` is at least as long as `keys`.
+/// Sorts `keys` by their upper half, as [`sort_by_digits`] does: the lower half is a value that moves with it.
 pub(crate) fn sort_by_upper_half(keys: &mut [u64], buffer: &mut [u64]) {
-    sort_with(4..8, keys, &mut [], buffer, &mut []);
+    sort_by_digits(4..8, keys, buffer);
 }
 
 /// Sorts by a range of the keys' eight-bit digits, the lowest digit first. There are as many `values` as keys, or none.
