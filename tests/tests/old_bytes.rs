@@ -2,7 +2,7 @@
 //!
 //! `formats/version_1.bin` has an index of each kind over the same scene: its length in 32 bits, then its bytes. It was
 //! written once, and stays as it is: later builds may divide the scene otherwise, but must read this. The file of a new
-//! version, where there is none yet, is written by `ARBOLEDA_BLESS=1 cargo test -p arboleda-tests --test old_bytes`.
+//! version, where there is none yet, is written by `ARBOLEDA_BLESS=1 cargo test -p arboleda-tests old_bytes`.
 
 use std::path::PathBuf;
 use std::{env, fs};
