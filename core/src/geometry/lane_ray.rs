@@ -4,8 +4,10 @@
 //!
 //! # Which rays
 //! `t_min >= 0`, coordinates of the origin and of the scene at most 2^28, and components of the direction 0 or between
-//! 2^-40 and 2^40. All other rays are traversed in `f64`. So nothing overflows: a volume is below
-//! `6 * 2^29 * 2^29 * 2^40 < 2^101`.
+//! 2^-64 and 2^40. All other rays are traversed in `f64`. So nothing overflows: a volume is below
+//! `6 * 2^29 * 2^29 * 2^40 < 2^101`, a parameter below `2^29 * 2^64 = 2^93`.
+//!
+//! Components as small as 2^-54 are common: the cosine of a right angle is `6e-17` in `f64`.
 //!
 //! # Planes
 //! Let `u = 2^-24`.
@@ -58,7 +60,7 @@ pub(crate) const EARLIER: f32 = 1.0 - 4.768_371_6e-7; // 1 - 2^-21
 /// Factor that makes an exit late; see "Planes".
 pub(crate) const LATER: f32 = 1.0 + 4.768_371_6e-7; // 1 + 2^-21
 /// Least absolute value of a component of the direction that is not 0.
-pub(crate) const LEAST_DIRECTION: f32 = 9.094_947e-13; // 2^-40
+pub(crate) const LEAST_DIRECTION: f32 = 5.421_011e-20; // 2^-64
 /// Largest absolute value of a component of the direction.
 pub(crate) const MOST_DIRECTION: f32 = 1.099_511_6e12; // 2^40
 /// Slack for underflows; see "Planes".

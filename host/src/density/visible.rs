@@ -29,6 +29,8 @@ use crate::vector::Vector64;
 
 /// Rays of a polygon. In the open, 32 corners cover 0.9936 of the disc.
 pub const RAYS: usize = 32;
+/// Rays of a quarter.
+const QUARTER: usize = RAYS / 4;
 
 /// Directions of the rays in the plane. The first one is repeated at the end.
 #[derive(Clone, Debug)]
@@ -39,9 +41,11 @@ pub struct Fan {
 
 impl Default for Fan {
     fn default() -> Self {
+        // Quarters of one another, so that the rays along the axes are exactly along them.
         let at = |ray: usize| {
-            let angle = TAU * (ray % RAYS) as f64 / RAYS as f64;
-            (libm::cos(angle), libm::sin(angle))
+            let angle = TAU * (ray % QUARTER) as f64 / RAYS as f64;
+            let (x, y) = (libm::cos(angle), libm::sin(angle));
+            [(x, y), (-y, x), (-x, -y), (y, -x)][ray / QUARTER % 4]
         };
         Self {
             directions: std::array::from_fn(at),
