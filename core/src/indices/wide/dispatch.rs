@@ -174,7 +174,7 @@ mod tests {
         if !SimdLevel::detect().has_avx2() {
             return;
         }
-        let numbers = [1.0, -1.0, 0.0, 0.3, 1e-13, -1e13, 3e8, -7e-12, 2e11];
+        let numbers = [1.0, -1.0, 0.0, 0.3, 1e-21, -1e13, 3e8, -7e-19, 2e11];
         let number = |at: usize| numbers[at % numbers.len()];
         for at in 0..9_usize.pow(4) {
             let direction = Vec3::new(number(at), number(at / 9), number(at / 81));
