@@ -1,7 +1,8 @@
 //! Pace of a job: how many photons a process shoots at once, and when a round ends.
 //!
 //! Ranges become shorter towards the end of a job, so that all processes end at about the same time, and towards the end
-//! of a round. They are long otherwise, because each range of DETP indexes its discs anew.
+//! of a round. They are long otherwise, because each range of DETP indexes its discs anew. Where they end with a pass,
+//! they get shorter by that, not longer, so that a round does not last twice its time.
 //!
 //! # Source
 //! C. Polychronopoulos, D. Kuck, *Guided Self-Scheduling*, IEEE Transactions on Computers 1987, for shares of what is
@@ -75,11 +76,13 @@ impl Pace {
         let Process { photons, begun, .. } = &mut self.processes[process];
         // Whole passes are not joined over processes, and whole chunks are hashed at once.
         let end = left.start.saturating_add(length);
-        let end = if length >= per_pass / 2 {
-            end.checked_next_multiple_of(per_pass.max(1))
-        } else {
-            end.checked_next_multiple_of(CHUNK)
+        let per_pass = per_pass.max(1);
+        let end = match self.every {
+            Some(_) if length >= per_pass => Some(end - end % per_pass),
+            None if length >= per_pass / 2 => end.checked_next_multiple_of(per_pass),
+            _ => end.checked_next_multiple_of(CHUNK),
         };
+        let end = end.filter(|&end| end > left.start);
         let range = left.start..end.unwrap_or(left.end).min(left.end);
         (*photons, *begun) = (range.end - range.start, now);
         range
@@ -143,6 +146,16 @@ mod tests {
                     assert!(ends.iter().all(whole), "{ends:?}");
                 }
             }
+        }
+        // A pass that would take longer than a round is cut.
+        for (per_pass, end) in [(1_500, 1_024), (1_000, 1_000), (300, 900)] {
+            let mut pace = Pace::new(Some(Duration::from_secs(1)));
+            pace.processes.push(Process {
+                photons: 1_000_000,
+                begun: Instant::now(),
+                speed: Some(1_000.0),
+            });
+            assert_eq!(pace.next(0, &(0..9_000_000), per_pass), 0..end, "{per_pass}");
         }
         // Within a time for a part, a range is not longer than it may be at once.
         let first = Pace::new(Some(Duration::from_secs(9))).next(0, &(0..u64::MAX / 2), u64::MAX);
