@@ -4,7 +4,8 @@
     python dask_parts.py --scheduler tcp://head:8786 --parts 100 --all 10000000000 --folder parts --out flux.npy \\
         -- shoot city.obj --photons 10000000000
 
-ALL is the number of all photons (--photons, times --passes of a picture). FOLDER is one that all workers see. Without
+ALL is the number of all photons (--photons, times --passes of a picture). FOLDER is one that all workers see. The
+program, the scene with its materials, and the points are at the same absolute paths on all workers, and here. Without
 --scheduler, two workers of this machine are started. A part that is there is not shot again, so a job that was stopped
 goes on where it was. Options of `arboleda merge` may follow --out, as in --merge "--values city.exr".
 """
@@ -52,7 +53,7 @@ def arguments():
     parser.add_argument("--folder", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--merge", default="", help="more options of `arboleda merge`")
-    parser.add_argument("--arboleda", default="arboleda", help="the program")
+    parser.add_argument("--arboleda", default="arboleda", help="the program, at the same path on all workers")
     parser.add_argument("command", nargs="+", help="-- and the command of arboleda")
     given = parser.parse_args()
     if not 1 <= given.parts <= given.all:
