@@ -186,6 +186,32 @@ impl<'a> AnyIndex<'a> {
         IndexKind::of_bytes(bytes)?.read(bytes, None)
     }
 
+    /// Opens bytes that were validated before, from the header alone: by [`AnyIndex::from_bytes`] in this process, or in
+    /// another one that shares the memory or the file. Cost: constant.
+    ///
+    /// The bytes must not have changed since. On other bytes a query neither panics nor reads out of bounds, but it may
+    /// find anything, and need not end.
+    ///
+    /// # Errors
+    /// The errors of a header, as [`IndexKind::of_bytes`], and [`OpenError::Malformed`], [`OpenError::Truncated`] or
+    /// [`OpenError::MeshMissing`].
+    ///
+    /// # Examples
+    /// ```
+    /// use arboleda::{AnyIndex, Block, IndexKind, Options, Scene, Triangle, Vec3};
+    ///
+    /// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    /// let (mut arena, mut scratch) = ([Block::ZERO; 8], [Block::ZERO; 8]);
+    /// let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+    /// let built = IndexKind::Linear.build(&Scene::new(&triangles), &Options::DEFAULT, arena, scratch)?;
+    /// let again = AnyIndex::from_validated_bytes(built.as_bytes())?;
+    /// assert_eq!(again.kind(), IndexKind::Linear);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn from_validated_bytes(bytes: &'a [u8]) -> Result<Self, OpenError> {
+        IndexKind::of_bytes(bytes)?.view(bytes)
+    }
+
     /// Opens the bytes of an index of any kind that lies [beside](crate::Scene::beside) a mesh; see
     /// [`Index::from_bytes_beside`](crate::Index::from_bytes_beside).
     ///

@@ -235,6 +235,18 @@ macro_rules! registry {
             }
         }
 
+        impl IndexKind {
+            /// Opens the bytes of an index by its header alone.
+            pub(super) fn view(self, bytes: &[u8]) -> Result<AnyIndex<'_>, OpenError> {
+                let sections = Sections::view(bytes, None)?;
+                match self {
+                    $($(#[cfg($included)] Self::$variant => {
+                        Ok(AnyIndex::$variant(Index::of_checked(sections)))
+                    })*)*
+                }
+            }
+        }
+
         /// Index of any kind.
         #[derive(Clone, Copy, Debug)]
         #[non_exhaustive]
