@@ -5,6 +5,8 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use arboleda_host::parts::PartFile;
+
 mod program;
 
 use program::{command_in, failure, folder, run_in, success};
@@ -86,6 +88,30 @@ fn parts_of_other_jobs_are_refused() {
         assert!(said.contains("b.part is a part of another job than a.part"), "{said}");
         assert!(said.contains(difference), "{said}");
     }
+}
+
+#[test]
+fn parts_of_another_version_of_the_program_are_refused() {
+    let folder = folder();
+    let at = folder.path();
+    shoot(at, &["--photon-range", "0..1k", "--part", "a.part"]);
+    shoot(at, &["--photon-range", "1k..2k", "--part", "b.part"]);
+    let path = at.join("b.part");
+    let mut file = PartFile::read(&path).unwrap();
+    let part = file.read_part(&path).unwrap();
+    file.job.program = "0.0.9".into();
+    file.write(&path, &part.sums).unwrap();
+    let said = failure(&run_in(at, &["merge", "a.part", "b.part"]));
+    let version = env!("CARGO_PKG_VERSION");
+    let difference = format!("version 0.0.9 of the program, not {version}");
+    assert!(
+        said.contains("b.part is a part of another job") && said.contains(&difference),
+        "{said}"
+    );
+    // Nor does a job go on from it.
+    let with = ["--photon-range", "1k..3k", "--part", "c.part", "--checkpoint", "b.part"];
+    let said = failure(&run_in(at, &[&SCENE[..], &with].concat()));
+    assert!(said.contains("b.part is the checkpoint of another job") && said.contains(&difference));
 }
 
 #[test]

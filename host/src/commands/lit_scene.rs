@@ -103,6 +103,7 @@ impl LitScene {
             max_bounces: source.max_bounces,
             options: all,
         })
+            program: Job::PROGRAM.to_owned(),
     }
 
     /// Prepares the light of a source, with a progress bar: from what photons left behind, from a photon map that it

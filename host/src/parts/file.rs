@@ -25,7 +25,7 @@ use crate::files::output::write_file;
 const SIGNATURE: &[u8; 8] = b"ARBOPART";
 /// Version of the form, and of what is computed: it is raised with any change of the photons or the estimates, too, so
 /// that parts of two versions of the program are not put together.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Bytes in front of the header.
 const HEAD: usize = 8 + 4 + 32;
 
@@ -121,7 +121,8 @@ fn decode(bytes: &[u8]) -> Result<(PartFile, PartSums), PartProblem> {
     let (header, rest) = postcard::take_from_bytes::<PartFile>(body).map_err(contradiction)?;
     let (sums, rest) = postcard::take_from_bytes::<PartSums>(rest).map_err(contradiction)?;
     let PartFile { job, photons, .. } = &header;
-    if rest.is_empty() && photons.end <= job.photons && sums.is_of(photons, job) {
+    let is_within = photons.start <= photons.end && photons.end <= job.photons;
+    if rest.is_empty() && is_within && job.is_countable() && sums.is_of(photons, job) {
         Ok((header, sums))
     } else {
         Err(PartProblem::Contradiction)
@@ -133,14 +134,142 @@ mod tests {
     use arboleda::{IndexKind, Vec3};
 
     use super::*;
+    use crate::density::{Harvest, LightPiece, LightSums};
+    use crate::parts::JobKind;
     use crate::photon::fixtures::{BuiltIndex, closed_box, lamp, model};
-    use crate::photon::{RangeSums, ShootOptions, shoot_range};
+    use crate::photon::{Balance, RangeSums, ShootOptions, shoot_range};
+    use crate::scene::{AreaLight, Model};
+
+    /// Counts near 2^64, which the paths of so many photons might have: with those of another part they would wrap.
+    #[test]
+    fn sums_that_would_wrap_are_refused() {
+        let (header, _) = part();
+        let photons = 0..1_u64 << 62;
+        let job = Job {
+            kind: JobKind::Irradiance,
+            photons: 1 << 63,
+            max_bounces: u32::MAX,
+            ..header.job.clone()
+        };
+        let mut all = Harvest::default();
+        all.balance.emitted = photons.end;
+        all.balance.escaped = photons.end;
+        all.balance.rays = u64::MAX;
+        let piece = LightPiece { pass: 0, photons: photons.clone(), all, direct: None };
+        let sums = PartSums::Light(LightSums::of(piece));
+        let forged = |job: Job| {
+            let header = PartFile { job, photons: photons.clone(), ..header.clone() };
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("forged.part");
+            header.write(&path, &sums).unwrap();
+            PartFile::read(&path)
+        };
+        let error = forged(job.clone()).unwrap_err().to_string();
+        assert!(error.contains("forged.part: it contradicts itself"), "{error}");
+        // Without a wrap, the same file is sound.
+        let mut sound = sums.clone();
+        if let PartSums::Light(light) = &mut sound {
+            let mut piece = light.take(0).unwrap();
+            piece.all.balance.rays = photons.end;
+            *light = LightSums::of(piece);
+        }
+        assert!(sound.is_of(&photons, &Job { max_bounces: 0, ..job.clone() }));
+        assert!(Job { max_bounces: 0, ..job.clone() }.is_countable() && !job.is_countable());
+    }
+
+    /// Whole numbers are in groups of seven bits, the lowest first; floats are little-endian: on any machine, whatever its
+    /// byte order.
+    #[test]
+    fn bytes_are_those_of_the_layout() {
+        fn number(mut value: u64) -> Vec<u8> {
+            let mut bytes = Vec::new();
+            while value > 127 {
+                bytes.push(value as u8 & 127 | 128);
+                value >>= 7;
+            }
+            bytes.push(value as u8);
+            bytes
+        }
+        let text = |text: &str| [number(text.len() as u64), text.as_bytes().to_vec()].concat();
+        let numbers =
+            |all: &[u64]| all.iter().flat_map(|&value| number(value)).collect::<Vec<u8>>();
+
+        let job = Job {
+            program: "1.2".into(),
+            kind: JobKind::Irradiance,
+            model: [7; 32],
+            triangles: 300,
+            photons: 100_000,
+            passes: 1,
+            seed: u64::MAX,
+            max_bounces: 64,
+            options: vec![("--k".into(), "9".into())],
+        };
+        let mut all = Harvest::default();
+        all.balance = Balance {
+            emitted: 1_000,
+            absorbed: 900,
+            escaped: 100,
+            hits: 2_000,
+            rays: 2_100,
+            total_flux: 0.15625,
+            ..Balance::default()
+        };
+        let piece = LightPiece { pass: 0, photons: 500..1_500, all, direct: None };
+        let header = PartFile {
+            job,
+            photons: 500..1_500,
+            arguments: vec!["arboleda".into()],
+            provenance: "a test".into(),
+        };
+        let body = [
+            text("1.2"),
+            numbers(&[1]), // irradiance
+            vec![7; 32],
+            numbers(&[300, 100_000, 1, u64::MAX, 64, 1]),
+            text("--k"),
+            text("9"),
+            numbers(&[500, 1_500, 1]),
+            text("arboleda"),
+            text("a test"),
+            // Light; one piece: pass, photons, balance, no sums, no deposits, no direct light.
+            numbers(&[1, 1, 0, 500, 1_500, 1_000, 900, 100, 0, 0, 2_000, 2_100]),
+            vec![0, 0, 0, 0, 0, 0, 0xc4, 0x3f], // 0.15625
+            vec![0, 0, 0, 0, 0],
+        ]
+        .concat();
+        let version = [3, 0, 0, 0];
+        let digest = blake3::hash(&body);
+        let expected = [&b"ARBOPART"[..], &version, digest.as_bytes(), &body].concat();
+
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.part");
+        let sums = PartSums::Light(LightSums::of(piece));
+        header.write(&path, &sums).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), expected);
+        assert_eq!(decode(&expected).unwrap(), (header, sums));
+    }
+
+    /// A range that ends before it begins has no photons, so that no count contradicts it.
+    #[test]
+    fn ranges_that_run_backwards_are_refused() {
+        let (header, sums) = part_lit_by(Vec::new());
+        assert!(decode(&bytes_of(&header, &sums)).is_ok());
+        let backwards = PartFile { photons: Range { start: 5, end: 3 }, ..header };
+        let error = decode(&bytes_of(&backwards, &sums)).unwrap_err();
+        assert!(matches!(error, PartProblem::Contradiction), "{error}");
+    }
 
     type Forge = &'static dyn Fn(&mut PartFile, &mut RangeSums);
 
     fn part() -> (PartFile, RangeSums) {
-        let light = lamp(Vec3::new(0.5, 0.5, 0.9), 0.5, 40.0);
-        let model = model(closed_box(Vec3::ZERO, Vec3::ONE), 0.5, light);
+        part_lit_by(vec![lamp(Vec3::new(0.5, 0.5, 0.9), 0.5, 40.0)])
+    }
+
+    fn part_lit_by(lights: Vec<AreaLight>) -> (PartFile, RangeSums) {
+        let walls = closed_box(Vec3::ZERO, Vec3::ONE);
+        let light = lamp(Vec3::splat(0.5), 0.5, 40.0);
+        let model = Model { lights, ..model(walls, 0.5, light) };
         let options = ShootOptions { photons: 100_000, ..ShootOptions::default() };
         let mut built = BuiltIndex::new(&model, IndexKind::Bvh);
         let index = built.index();

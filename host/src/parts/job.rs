@@ -34,6 +34,8 @@ impl fmt::Display for JobKind {
 /// What the sums over photons depend on. Parts of equal jobs can be put together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Job {
+    /// Version of the program. Another one may shoot other photons, or read another scene from the same file.
+    pub program: String,
     /// Kind: the command that shoots the photons.
     pub kind: JobKind,
     /// Digest of the triangles, materials and lights.
@@ -53,9 +55,13 @@ pub struct Job {
 }
 
 impl Job {
+    /// Version of this program.
+    pub const PROGRAM: &str = env!("CARGO_PKG_VERSION");
+
     /// The job of shooting photons from the lights of a model.
     pub fn of_shot(model: &Model, options: &ShootOptions) -> Self {
         Self {
+            program: Self::PROGRAM.to_owned(),
             kind: JobKind::Shoot,
             model: *model.digest().as_bytes(),
             triangles: model.triangles.len() as u64,
@@ -69,6 +75,10 @@ impl Job {
 
     /// Says in what another job differs from this one; `None` if they are equal.
     pub fn difference(&self, other: &Self) -> Option<String> {
+        if self.program != other.program {
+            let [own, others] = [&self.program, &other.program];
+            return Some(format!("version {others} of the program, not {own}"));
+        }
         if self.kind != other.kind {
             return Some(format!("photons for `{}`, not for `{}`", other.kind, self.kind));
         }
@@ -97,6 +107,13 @@ impl Job {
         }
         let same = self.options.len() == other.options.len();
         (!same).then(|| "other options".to_owned())
+    }
+
+    /// Tells whether the segments of all paths have numbers of 64 bits. Then no sum over photons wraps, however the job
+    /// is cut.
+    pub fn is_countable(&self) -> bool {
+        let segments = u128::from(self.photons) * (u128::from(self.max_bounces) + 1);
+        segments <= u64::MAX.into()
     }
 }
 

@@ -50,6 +50,14 @@ impl PartWork<'_> {
         let photons = arguments.photons(self.job.photons)?;
         #[cfg(feature = "mpi")]
         if team == Team::Other {
+        ensure!(
+            self.job.is_countable(),
+            "the segments of so many paths have no numbers of 64 bits"
+        );
+        #[cfg(feature = "mpi")]
+        if team != Team::Alone {
+            ranks::agree(self)?;
+        }
             ranks::serve(self)?;
             return Ok(None);
         }
