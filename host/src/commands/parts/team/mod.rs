@@ -9,6 +9,8 @@
 
 mod pace;
 #[cfg(feature = "mpi")]
+mod processors;
+#[cfg(feature = "mpi")]
 mod ranks;
 
 use std::ops::Range;
@@ -48,8 +50,6 @@ impl PartWork<'_> {
     /// checkpoint cannot be written.
     pub fn gather(&self, arguments: &PartArguments, team: Team) -> anyhow::Result<Option<JobPart>> {
         let photons = arguments.photons(self.job.photons)?;
-        #[cfg(feature = "mpi")]
-        if team == Team::Other {
         ensure!(
             self.job.is_countable(),
             "the segments of so many paths have no numbers of 64 bits"
@@ -58,6 +58,8 @@ impl PartWork<'_> {
         if team != Team::Alone {
             ranks::agree(self)?;
         }
+        #[cfg(feature = "mpi")]
+        if team == Team::Other {
             ranks::serve(self)?;
             return Ok(None);
         }
@@ -68,6 +70,8 @@ impl PartWork<'_> {
         bar.set_position(position - photons.start);
         bar.reset_eta();
         let mut pace = Pace::new(arguments.checkpoint_every());
+        #[cfg(feature = "mpi")]
+        let mut exchange = ranks::Exchange::default();
         while position < photons.end {
             // 1. A round, which ends where the next part is due.
             pace.begin();
@@ -80,7 +84,7 @@ impl PartWork<'_> {
                     (end, sums)
                 }
                 #[cfg(feature = "mpi")]
-                _ => ranks::round(self, &left, &mut pace, &progress)?,
+                _ => ranks::round(self, &left, &mut pace, &mut exchange, &progress)?,
             };
 
             // 2. All that was shot so far.
@@ -99,6 +103,7 @@ impl PartWork<'_> {
         #[cfg(feature = "mpi")]
         if team == Team::First {
             ranks::dismiss();
+            exchange.log();
         }
         so_far.context("a part without photons").map(Some)
     }

@@ -11,10 +11,9 @@
 //! If a rank fails, it ends all of them; what the checkpoint has is not lost.
 
 use std::collections::BTreeMap;
-use std::num::NonZero;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
 use mpi::Threading;
@@ -23,10 +22,11 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, Destination, MatchedReceiveVec, Source};
 
 use super::pace::Pace;
-use super::{Team, add_counts, keep_counts};
+use super::{Team, add_counts, keep_counts, processors};
+use crate::commands::output::duration;
 use crate::commands::parts::work::PartWork;
 use crate::density::CountsOf;
-use crate::parts::{JobPart, PartSums};
+use crate::parts::{Job, JobPart, PartSums};
 
 /// Message that asks for work: the length of the result before it.
 const ASK: i32 = 1;
@@ -61,19 +61,56 @@ pub fn join_ranks() -> anyhow::Result<Option<(Universe, Team)>> {
         .context("MPI was there before the program")?;
     ensure!(threading >= Threading::Serialized, "this MPI allows no threads");
     let team = if universe.world().rank() == 0 { Team::First } else { Team::Other };
-    // Ranks of one machine share its processors.
-    let neighbours =
-        std::env::var("OMPI_COMM_WORLD_LOCAL_SIZE").or_else(|_| std::env::var("MPI_LOCALNRANKS"));
-    let neighbours = neighbours.ok().and_then(|text| text.parse().ok()).unwrap_or(1_usize);
-    let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
-    let threads = (processors / neighbours.max(1)).max(1);
+    let threads = processors::threads(&universe.world());
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     Ok(Some((universe, team)))
+}
+
+/// Checks that all ranks have the same job: a machine may have another scene at the same path, or another program. All
+/// ranks call it.
+pub fn agree(work: &PartWork<'_>) -> anyhow::Result<()> {
+    let world = SimpleCommunicator::world();
+    if world.rank() != 0 {
+        let job = postcard::to_stdvec(&work.job)?;
+        world.process_at_rank(0).send_with_tag(&job[..], CONTENTS);
+        return Ok(());
+    }
+    for rank in 1..world.size() {
+        let (bytes, _) = world.process_at_rank(rank).receive_vec_with_tag::<u8>(CONTENTS);
+        let job: Job = postcard::from_bytes(&bytes)
+            .with_context(|| format!("rank {rank} is another version of the program"))?;
+        if let Some(difference) = work.job.difference(&job) {
+            bail!("rank {rank} has another job than rank 0: it has {difference}");
+        }
+    }
+    Ok(())
 }
 
 /// Ends all ranks because this one failed.
 pub fn abort() -> ! {
     SimpleCommunicator::world().abort(1)
+}
+
+/// What rank 0 did beside shooting; `growth.py` computes from it how many ranks are worth while.
+#[derive(Default)]
+pub struct Exchange {
+    /// Ranges handed out, and the time in which rank 0 spoke with ranks.
+    ranges: u64,
+    speaking: Duration,
+    /// Time of adding counts over all ranks.
+    adding: Duration,
+}
+
+impl Exchange {
+    /// Says what it took.
+    pub fn log(&self) {
+        let (ranks, ranges) = (SimpleCommunicator::world().size(), self.ranges);
+        let [speaking, adding] =
+            [self.speaking, self.adding].map(|time| duration(time.as_secs_f64()));
+        log::info!(
+            "{ranks} ranks; {ranges} ranges handed out in {speaking}, counts added in {adding}"
+        );
+    }
 }
 
 /// Shoots a round with all ranks, as rank 0: photons from the first of those that are left. Returns where it ended, and
@@ -82,15 +119,17 @@ pub fn round(
     work: &PartWork<'_>,
     left: &Range<u64>,
     pace: &mut Pace,
+    exchange: &mut Exchange,
     progress: &(dyn Fn(u64) + Sync),
 ) -> anyhow::Result<(u64, PartSums)> {
     // 1. This thread shoots, so that it is the pool of the command that does; another one speaks with the ranks.
     let (ask, asked) = channel();
     let (answer, answered) = channel();
     let per_pass = work.per_pass();
+    let speaking = &mut *exchange;
     let (shot, handed) = std::thread::scope(|scope| {
-        let coordinator =
-            scope.spawn(move || hand_out(left, per_pass, pace, progress, &asked, &answer));
+        let coordinator = scope
+            .spawn(move || hand_out((left, per_pass), pace, speaking, progress, &asked, &answer));
         let shot = shoot_own(work, progress, &ask, &answered);
         drop(ask);
         (shot, coordinator.join())
@@ -114,10 +153,12 @@ pub fn round(
     }
     let JobPart { photons, mut sums } = all.context("a round without photons")?;
     ensure!(photons == (left.start..end), "photons of the round were not shot");
+    let begun = Instant::now();
     for of in counts_of(&passes_of(&photons, per_pass)) {
         let added = add_over_ranks(&world, counts.remove(&of).unwrap_or_default())?;
         sums.put_counts(of, &added);
     }
+    exchange.adding += begun.elapsed();
     Ok((end, sums))
 }
 
@@ -150,9 +191,9 @@ fn shoot_own(
 
 /// Hands out ranges to all ranks until the round is over, and all that was handed out is back.
 fn hand_out(
-    left: &Range<u64>,
-    per_pass: u64,
+    (left, per_pass): (&Range<u64>, u64),
     pace: &mut Pace,
+    exchange: &mut Exchange,
     progress: &(dyn Fn(u64) + Sync),
     asked: &Receiver<OwnRange>,
     answer: &Sender<Option<Range<u64>>>,
@@ -165,6 +206,7 @@ fn hand_out(
     let (mut working, mut works_itself) = (ranks, true);
     while working > 0 {
         // 1. Somebody asks, with what is left of the range before.
+        let begun = Instant::now();
         let (rank, back) = match asked.try_recv() {
             Ok(back) => (0, back),
             Err(TryRecvError::Disconnected) if works_itself => bail!("rank 0 has failed"),
@@ -187,7 +229,10 @@ fn hand_out(
         let is_over = handed.end == left.end || (pace.is_over() && handed.end > left.start);
         let next = (!is_over).then(|| pace.next(rank as usize, &(handed.end..left.end), per_pass));
         match &next {
-            Some(photons) => handed.end = photons.end,
+            Some(photons) => {
+                handed.end = photons.end;
+                exchange.ranges += 1;
+            }
             None => working -= 1,
         }
         if rank == 0 {
@@ -197,6 +242,7 @@ fn hand_out(
             let words = [SHOOT, photons.start, photons.end];
             world.process_at_rank(rank).send_with_tag(&words[..], WORK);
         }
+        exchange.speaking += begun.elapsed();
     }
     // 3. All ranks add at the same time: one that was done earlier would ask for work of the next round in this one.
     let passes = passes_of(&(left.start..handed.end), per_pass);
