@@ -3,6 +3,7 @@
 //! ```text
 //! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> density -> report
 //!                                    |                               parts (ranges of the photons, put together)
+//!                                  packed (both in files that processes share)
 //!                 contenders (what can be measured) -> bench (how) -> studies (what is compared) -> report
 //! ```
 #![warn(clippy::pedantic)]
@@ -23,6 +24,7 @@ pub mod contenders;
 pub mod density;
 pub mod files;
 mod index;
+mod packed;
 pub mod parts;
 pub mod photon;
 pub mod render;
@@ -32,6 +34,7 @@ pub mod studies;
 mod vector;
 
 pub use index::{IndexFile, Threads, TimedIndex, kind_by_name, kind_names, select_index};
+pub use packed::{PackedIndex, PackedScene, Validation, scene_path};
 
 /// Code of the package's page, compiled and run as a doctest.
 #[cfg(doctest)]

@@ -1,21 +1,22 @@
 //! Scene with its lights and an index, for commands that estimate irradiance.
 
 use anyhow::Context;
-use arboleda::{IndexKind, OwnedIndex};
+use arboleda::IndexKind;
 use clap::Args;
 
 use super::arguments::estimator::EstimatorArguments;
 use super::arguments::light::LightArguments;
+use super::arguments::packed::{PackedArguments, SceneIndex};
 use super::arguments::photons::PhotonArguments;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index};
 use super::output::{count, say};
-use crate::Threads;
 use crate::bench::progress::{during, photon_bar};
 use crate::bench::workload::{SAMPLE_PHOTONS, Workload};
 use crate::density::{Estimator, Harvest, Light, LightField, PhotonMap, PhotonSource};
 use crate::parts::{Job, JobKind};
 use crate::photon::Balance;
 use crate::scene::Model;
+use crate::{PackedScene, Threads};
 
 /// Photons, estimator, lights and index of a command that estimates irradiance.
 #[derive(Args)]
@@ -27,6 +28,8 @@ pub struct LightingArguments {
     #[command(flatten)]
     lights: LightArguments,
     #[command(flatten)]
+    pub packed: PackedArguments,
+    #[command(flatten)]
     index: IndexChoice,
     #[command(flatten)]
     build: BuildArguments,
@@ -35,7 +38,7 @@ pub struct LightingArguments {
 /// Model with its lights, and an index over its triangles.
 pub struct LitScene {
     pub model: Model,
-    pub index: OwnedIndex,
+    pub index: SceneIndex,
     /// Name of the index.
     pub index_name: &'static str,
     /// Kind of the index over discs: the one that was named, else the fastest.
@@ -43,12 +46,18 @@ pub struct LitScene {
 }
 
 impl LitScene {
-    /// Loads a scene, gives it its lights, and builds the index that was named or is estimated cheapest.
+    /// Loads a scene, gives it its lights, and builds the index that was named or is estimated cheapest; or opens a packed
+    /// scene.
     ///
     /// # Errors
     /// If the scene cannot be loaded or indexed.
     pub fn load(scene: &SceneArguments, lighting: &LightingArguments) -> anyhow::Result<Self> {
         let LightingArguments { photons, lights, index, build, .. } = lighting;
+        if let Some(PackedScene { model, index, .. }) = lighting.packed.open()? {
+            let model = lights.lit(model, scene.up);
+            let (disc_kind, index_name) = (IndexKind::WideBvh, index.index().kind().name());
+            return Ok(Self { index: SceneIndex::Packed(index), index_name, disc_kind, model });
+        }
         let model = lights.lit(scene.load()?, scene.up);
         let sample = index.uses_rays().then(|| {
             let few = SAMPLE_PHOTONS.min(photons.photons.max(1));
@@ -61,7 +70,7 @@ impl LitScene {
         let kind = index.kind(&view, &options)?;
         let owned = build_index(kind, &view, &options, &Threads::default())?;
         let disc_kind = index.named().unwrap_or(IndexKind::WideBvh);
-        Ok(Self { index: owned.into_index(), index_name: kind.name(), disc_kind, model })
+        Ok(Self { index: SceneIndex::Built(owned), index_name: kind.name(), disc_kind, model })
     }
 
     /// Runs work with the source of the photons.
@@ -94,6 +103,7 @@ impl LitScene {
         let mut all = lighting.estimator.described(estimator);
         all.extend(options.into_iter().map(|(name, value)| (name.to_owned(), value)));
         Ok(Job {
+            program: Job::PROGRAM.to_owned(),
             kind,
             model: *self.model.digest().as_bytes(),
             triangles: self.model.triangles.len() as u64,
@@ -103,7 +113,6 @@ impl LitScene {
             max_bounces: source.max_bounces,
             options: all,
         })
-            program: Job::PROGRAM.to_owned(),
     }
 
     /// Prepares the light of a source, with a progress bar: from what photons left behind, from a photon map that it

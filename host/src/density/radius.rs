@@ -34,16 +34,18 @@ pub fn automatic_radius(source: &PhotonSource<'_>, wanted: f64) -> f32 {
         photons: first..source.photons.end.min(first.saturating_add(TRIAL)),
         ..source.clone()
     };
-    let mut is_hit = vec![false; source.model.triangles.len()];
-    let mut hits = 0_u64;
+    // A list, because a table of all triangles may be far larger than the memory of the rest.
+    let mut hit_ids = Vec::new();
     let Balance { emitted, .. } = trial.stream(&|_| {}, &HitTriangles { source: &trial }, |ids| {
-        hits += ids.len() as u64;
-        for id in ids {
-            is_hit[id as usize] = true;
-        }
+        hit_ids.extend(ids);
     });
-    let lit = source.model.triangles.iter().zip(is_hit).filter(|(_, is_hit)| *is_hit);
-    let area = lit.fold(0.0, |sum, (triangle, _)| sum + area_of(triangle));
+    let hits = hit_ids.len();
+    // The area is summed in the order of ids.
+    hit_ids.sort_unstable();
+    hit_ids.dedup();
+    let triangles = source.model.triangles.as_slice();
+    let lit = hit_ids.iter().filter_map(|&id| triangles.get(id as usize));
+    let area = lit.fold(0.0, |sum, triangle| sum + area_of(triangle));
     let radius = if hits == 0 || area <= 0.0 {
         0.5 * SHARE_OF_BOUNDS * source.model.bounds().diagonal_squared().sqrt()
     } else {

@@ -70,38 +70,48 @@ pub fn write_npy<T: npyz::AutoSerialize + Copy>(
     shape: &[usize],
     values: &[T],
 ) -> anyhow::Result<()> {
+    write_npy_of(path, shape, values.iter().copied())
+}
+
+/// Writes values as [`write_npy`] does, as they are made.
+fn write_npy_of<T: npyz::AutoSerialize>(
+    path: &Path,
+    shape: &[usize],
+    values: impl Iterator<Item = T>,
+) -> anyhow::Result<()> {
     let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
     write_file(path, |file| {
         let mut writer =
             npyz::WriteOptions::new().default_dtype().shape(&shape).writer(file).begin_nd()?;
-        writer.extend(values.iter().copied())?;
+        writer.extend(values)?;
         writer.finish()
     })
 }
 
 /// Writes one row for each triangle, in the order of ids: as CSV if the name ends in .csv, else as a structured array.
-/// A line of the CSV file has the triangle, then its `cells`; `columns` names all of them.
+/// A line of the CSV file has the triangle, then its `cells`; `columns` names all of them. Rows are written as they are
+/// made, because a table of all triangles may be larger than the memory.
 ///
 /// # Errors
 /// The errors of [`write_file`].
 pub fn write_triangle_rows<R, C>(
     path: &Path,
     columns: &[&str],
-    rows: &[R],
+    rows: impl ExactSizeIterator<Item = R>,
     cells: impl Fn(&R) -> C,
 ) -> anyhow::Result<()>
 where
-    R: npyz::AutoSerialize + Copy,
+    R: npyz::AutoSerialize,
     C: serde::Serialize,
 {
     if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("csv")) {
-        return write_npy(path, &[rows.len()], rows);
+        return write_npy_of(path, &[rows.len()], rows);
     }
     write_file(path, |file| {
         let mut writer = csv::Writer::from_writer(file);
         writer.write_record(columns)?;
-        for (triangle, row) in rows.iter().enumerate() {
-            writer.serialize((triangle, cells(row)))?;
+        for (triangle, row) in rows.enumerate() {
+            writer.serialize((triangle, cells(&row)))?;
         }
         writer.flush()
     })

@@ -1,15 +1,12 @@
 //! Files of indices: the bytes of an index, as they lie in memory.
 
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::Path;
 
-use arboleda::Statistics;
-use arboleda::{AnyIndex, Block, OpenError};
-use memmap2::Mmap;
+use arboleda::{AnyIndex, OpenError, Statistics};
 use thiserror::Error;
 
-use crate::files::FileError;
+use crate::files::{FileError, MappedFile};
 
 #[derive(Debug, Error)]
 enum IndexProblem {
@@ -34,17 +31,7 @@ enum IndexProblem {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct IndexFile {
-    path: PathBuf,
-    contents: Contents,
-}
-
-#[derive(Debug)]
-enum Contents {
-    Mapped(Mmap),
-    /// Aligned, and the number of bytes.
-    Read(Vec<Block>, usize),
-}
+pub struct IndexFile(MappedFile);
 
 impl IndexFile {
     /// Maps a file, or reads it.
@@ -52,9 +39,8 @@ impl IndexFile {
     /// # Errors
     /// If the file cannot be read.
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let contents = Contents::of(path)
-            .map_err(|error| FileError::new(path, IndexProblem::Unreadable(error)))?;
-        Ok(Self { path: path.into(), contents })
+        let file = MappedFile::open(path);
+        Ok(Self(file.map_err(|error| FileError::new(path, IndexProblem::Unreadable(error)))?))
     }
 
     /// Opens the index of any kind in the file, and validates it. Cost: linear; keep the result for all queries. Also
@@ -63,46 +49,15 @@ impl IndexFile {
     /// # Errors
     /// If the bytes are not an index that holds its triangles.
     pub fn index(&self) -> Result<(AnyIndex<'_>, Statistics), FileError> {
-        AnyIndex::from_bytes_counted(self.bytes())
-            .map_err(|error| FileError::new(&self.path, IndexProblem::Unopened(error)))
+        AnyIndex::from_bytes_counted(self.0.bytes())
+            .map_err(|error| FileError::new(self.0.path(), IndexProblem::Unopened(error)))
     }
-
-    fn bytes(&self) -> &[u8] {
-        match &self.contents {
-            Contents::Mapped(map) => map,
-            Contents::Read(blocks, count) => &bytemuck::cast_slice(blocks)[..*count],
-        }
-    }
-}
-
-impl Contents {
-    fn of(path: &Path) -> io::Result<Self> {
-        let mut file = File::open(path)?;
-        // A map of a pipe or of a device would be refused, or would have no bytes.
-        if file.metadata()?.is_file()
-            && let Ok(map) = map(&file)
-        {
-            return Ok(Self::Mapped(map));
-        }
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes)?;
-        let mut blocks = vec![Block::ZERO; Block::count(bytes.len())];
-        Block::bytes(&mut blocks)[..bytes.len()].copy_from_slice(&bytes);
-        Ok(Self::Read(blocks, bytes.len()))
-    }
-}
-
-/// Maps a file into memory, at the beginning of a page, which is aligned enough for an index.
-#[allow(unsafe_code)] // a map is memory that other programs can change
-fn map(file: &File) -> io::Result<Mmap> {
-    // SAFETY: the caller's promise, told above: nobody writes to the file. `pack` never does, but puts another file in
-    // its place, and this map keeps the old one.
-    unsafe { Mmap::map(file) }
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs;
+    use std::path::PathBuf;
 
     use arboleda::{IndexKind, Options, OwnedIndex, Scene, Triangle, Vec3};
 
@@ -122,9 +77,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (path, owned) = written(folder.path());
         let file = IndexFile::open(&path).unwrap();
-        assert!(matches!(file.contents, Contents::Mapped(_)));
+        assert!(file.0.is_mapped());
         let (index, statistics) = file.index().unwrap();
-        assert_eq!(index.as_bytes().as_ptr(), file.bytes().as_ptr());
+        assert_eq!(index.as_bytes().as_ptr(), file.0.bytes().as_ptr());
         assert_eq!(index.as_bytes(), owned.as_bytes());
         assert_eq!(statistics, index.check().unwrap());
     }
@@ -149,7 +104,7 @@ mod tests {
             scope.spawn(|| fs::copy(&path, &pipe).unwrap());
             IndexFile::open(&pipe).unwrap()
         });
-        assert!(matches!(file.contents, Contents::Read(..)));
+        assert!(!file.0.is_mapped());
         assert_eq!(file.index().unwrap().0.as_bytes(), owned.as_bytes());
     }
 

@@ -33,10 +33,10 @@ impl BuiltIndex {
 pub fn model(triangles: Vec<Triangle>, reflectance: f32, light: AreaLight) -> Model {
     Model {
         name: "fixture".into(),
-        objects: vec![0; triangles.len()],
+        objects: vec![0; triangles.len()].into(),
         object_names: vec!["all".into()],
-        reflectance: vec![reflectance; triangles.len()],
-        triangles,
+        reflectance: vec![reflectance; triangles.len()].into(),
+        triangles: triangles.into(),
         lights: vec![light],
         ..Model::default()
     }

@@ -184,7 +184,7 @@ fn paths_that_cannot_go_on_end() {
     assert!(lost.balance.refused > 0);
     assert_eq!(lost.balance.absorbed + lost.balance.escaped + lost.balance.refused, 1000);
     model.triangles = triangles;
-    model.reflectance.clear();
+    model.reflectance.to_mut().clear();
     let black = shoot(&model, &index, &options, &|_| {});
     assert_eq!((black.balance.absorbed, black.bounce_count), (black.balance.hits, 0));
     model.lights.clear();

@@ -19,7 +19,7 @@
 
 use std::ops::Range;
 
-use arboleda::{Hit, Ray, RayIndex};
+use arboleda::{Hit, Ray, RayIndex, Triangle};
 
 use super::emission::Emitter;
 use super::random::PhotonRandom;
@@ -89,7 +89,10 @@ impl Path {
 /// Tracer of a model's photons.
 #[derive(Clone, Debug)]
 pub struct Tracer<'m> {
-    model: &'m Model,
+    // Columns of the model, as slices.
+    triangles: &'m [Triangle],
+    reflectance: &'m [f32],
+    colours: &'m [[f32; 3]],
     emitter: Emitter,
     seed: u64,
     max_bounces: u32,
@@ -98,7 +101,8 @@ pub struct Tracer<'m> {
 impl<'m> Tracer<'m> {
     /// Creates a tracer. A path has at most `max_bounces + 1` segments.
     pub fn new(model: &'m Model, seed: u64, max_bounces: u32) -> Self {
-        Self { model, emitter: Emitter::of(model), seed, max_bounces }
+        let Model { triangles, reflectance, colours, .. } = model;
+        Self { triangles, reflectance, colours, emitter: Emitter::of(model), seed, max_bounces }
     }
 
     /// Returns the emitter of the model's lights.
@@ -106,9 +110,10 @@ impl<'m> Tracer<'m> {
         &self.emitter
     }
 
-    /// Returns the model.
-    pub(super) fn model(&self) -> &'m Model {
-        self.model
+    /// Returns the model's triangles.
+    #[inline]
+    pub(super) fn triangles(&self) -> &'m [Triangle] {
+        self.triangles
     }
 
     /// Returns the seed of the random numbers.
@@ -146,7 +151,7 @@ impl<'m> Tracer<'m> {
         }
 
         let id = hit.triangle.0 as usize;
-        let bounced = self.model.triangles.get(id).and_then(|triangle| {
+        let bounced = self.triangles.get(id).and_then(|triangle| {
             let departure = Departure::new(triangle, &hit, path.ray.direction())?;
             let direction = cosine_direction(departure.unit_normal(), &mut path.random);
             departure.ray(direction.rounded())
@@ -164,7 +169,7 @@ impl<'m> Tracer<'m> {
     #[inline]
     pub(super) fn reflectance(&self, hit: &Hit) -> f32 {
         // Read in any case, and selected after that: a branch would be mispredicted wherever photons escape.
-        let (id, all) = (hit.triangle.0 as usize, &self.model.reflectance);
+        let (id, all) = (hit.triangle.0 as usize, self.reflectance);
         let is_known = id < all.len();
         let read = all.get(if is_known { id } else { 0 }).copied().unwrap_or(0.0);
         if is_known { read } else { 0.0 }
@@ -173,7 +178,7 @@ impl<'m> Tracer<'m> {
     /// Multiplies a photon's weights by the colours of a triangle that reflects it.
     #[inline]
     pub(super) fn colour(&self, hit: &Hit, weights: &mut [f32; 3]) {
-        if let Some(colour) = self.model.colours.get(hit.triangle.0 as usize) {
+        if let Some(colour) = self.colours.get(hit.triangle.0 as usize) {
             let reflectance = self.reflectance(hit);
             for (weight, share) in weights.iter_mut().zip(colour) {
                 *weight *= share / reflectance;

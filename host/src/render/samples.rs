@@ -6,6 +6,7 @@
 //! estimates would be made of the same photons. Receivers come tile by tile. In a tile they are sorted by normal, so
 //! that neighbours in a plane follow each other.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use arboleda::{Hit, Ray, RayIndex, Vec3};
@@ -15,7 +16,7 @@ use super::batch;
 use super::film::Film;
 use crate::density::{Estimate, Receiver};
 use crate::report::Camera;
-use crate::scene::{LitSides, Model};
+use crate::scene::{FaceLight, LitSides, Model};
 use crate::vector::Vector64;
 
 /// Side of a tile in pixels.
@@ -210,29 +211,21 @@ impl Merged {
     }
 }
 
-/// Radiance that a model's triangles emit, by triangle.
+/// Radiance that a model's triangles emit, by triangle. Few triangles do.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Glow {
-    radiance: Vec<([f32; 3], LitSides)>,
+    radiance: HashMap<u32, ([f32; 3], LitSides)>,
 }
 
 impl Glow {
     pub fn of(model: &Model) -> Self {
-        let mut radiance = Vec::new();
-        if !model.emitters.is_empty() {
-            radiance.resize(model.triangles.len(), ([0.0; 3], LitSides::Front));
-        }
-        for light in &model.emitters {
-            if let Some(slot) = radiance.get_mut(light.triangle as usize) {
-                *slot = (light.radiance, light.sides);
-            }
-        }
-        Self { radiance }
+        let of_light = |light: &FaceLight| (light.triangle, (light.radiance, light.sides));
+        Self { radiance: model.emitters.iter().map(of_light).collect() }
     }
 
     /// Returns the radiance that a triangle emits towards one side; `None` if it emits none.
     pub fn seen(&self, triangle: u32, front: bool) -> Option<[f32; 3]> {
-        let (radiance, sides) = self.radiance.get(triangle as usize)?;
+        let (radiance, sides) = self.radiance.get(&triangle)?;
         let emits = radiance.iter().any(|&part| part > 0.0);
         (emits && (front || *sides == LitSides::Both)).then_some(*radiance)
     }

@@ -9,6 +9,7 @@
 pub mod builtin;
 mod census;
 pub mod closed;
+mod column;
 mod error;
 pub mod formats;
 mod generated;
@@ -18,6 +19,7 @@ mod polygon;
 mod surface;
 
 pub use census::Census;
+pub use column::Column;
 pub use error::{LineProblem, SceneError};
 pub use formats::load;
 pub use generated::{city, mixed, paper, shapes, sized, teapot};

@@ -1,6 +1,10 @@
 //! Model: a scene in memory, with lights and reflectances.
 
 use arboleda::{Aabb, Scene, Triangle, Vec3};
+use blake3::Hasher;
+use bytemuck::Pod;
+
+use super::Column;
 
 /// Triangles with their objects, reflectances and lights.
 ///
@@ -12,16 +16,16 @@ pub struct Model {
     /// Name for headings: that of the built-in scene or of the file.
     pub name: String,
     /// All triangles. The id of a triangle is its index in this list.
-    pub triangles: Vec<Triangle>,
+    pub triangles: Column<Triangle>,
     /// Object of each triangle, an index into `object_names`.
-    pub objects: Vec<u32>,
+    pub objects: Column<u32>,
     /// Names of objects and groups.
     pub object_names: Vec<String>,
     /// Share of light that each triangle reflects diffusely, 0 to 1.
-    pub reflectance: Vec<f32>,
+    pub reflectance: Column<f32>,
     /// Share of red, green and blue that each triangle reflects, 0 to 1. Empty if every surface is grey; then each
     /// share is the triangle's reflectance.
-    pub colours: Vec<[f32; 3]>,
+    pub colours: Column<[f32; 3]>,
     /// Light sources of the photons that are not triangles.
     pub lights: Vec<AreaLight>,
     /// Triangles that emit light. They also reflect, and block light.
@@ -64,22 +68,28 @@ pub enum LitSides {
     Both,
 }
 
+/// Hashes values of 32-bit words, each little-endian, on all threads of the caller's pool.
+fn add_words<T: Pod>(hasher: &mut Hasher, values: &[T]) {
+    /// Words that are converted at once.
+    const SOME: usize = 1 << 16;
+    if cfg!(target_endian = "little") {
+        hasher.update_rayon(bytemuck::cast_slice(values));
+        return;
+    }
+    for words in bytemuck::cast_slice::<T, u32>(values).chunks(SOME) {
+        let words: Vec<u32> = words.iter().map(|word| word.to_le()).collect();
+        hasher.update(bytemuck::cast_slice(&words));
+    }
+}
+
 impl Model {
     /// Hashes what photons depend on: triangles, reflectances, colours and lights.
     pub(crate) fn digest(&self) -> blake3::Hash {
-        let mut hasher = blake3::Hasher::new();
-        let mut add = |values: &[f32]| {
-            let mut bytes = Vec::with_capacity(4 * values.len());
-            bytes.extend(values.iter().flat_map(|value| value.to_bits().to_le_bytes()));
-            hasher.update(&bytes);
-        };
-        for triangle in &self.triangles {
-            for corner in [triangle.a, triangle.b, triangle.c] {
-                add(&corner.to_array());
-            }
-        }
-        add(&self.reflectance);
-        add(self.colours.as_flattened());
+        let mut hasher = Hasher::new();
+        add_words(&mut hasher, &self.triangles);
+        add_words(&mut hasher, &self.reflectance);
+        add_words(&mut hasher, &self.colours);
+        let mut add = |values: &[f32]| add_words(&mut hasher, values);
         for light in &self.lights {
             for vector in [light.corner, light.edge_u, light.edge_v] {
                 add(&vector.to_array());
@@ -120,11 +130,11 @@ impl Model {
     ) {
         let object = self.object_names.len() as u32;
         self.object_names.push(name.into());
-        self.triangles.extend(triangles);
-        self.objects.resize(self.triangles.len(), object);
-        self.reflectance.resize(self.triangles.len(), reflectance);
+        self.triangles.to_mut().extend(triangles);
+        self.objects.to_mut().resize(self.triangles.len(), object);
+        self.reflectance.to_mut().resize(self.triangles.len(), reflectance);
         if !self.colours.is_empty() {
-            self.colours.resize(self.triangles.len(), [reflectance; 3]);
+            self.colours.to_mut().resize(self.triangles.len(), [reflectance; 3]);
         }
     }
 

@@ -50,9 +50,9 @@ const FEW: [usize; 3] = [1, 12, 100];
 fn first_triangles(model: &Model, count: usize) -> Model {
     let mut few = model.clone();
     few.name = format!("{count} of {}", model.name);
-    few.triangles.truncate(count);
-    few.reflectance.truncate(count);
-    few.objects.truncate(count);
+    few.triangles.to_mut().truncate(count);
+    few.reflectance.to_mut().truncate(count);
+    few.objects.to_mut().truncate(count);
     few
 }
 

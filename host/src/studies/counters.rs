@@ -33,9 +33,9 @@ fn models() -> Vec<Model> {
     let mixed = MixedOptions { object_count: 60, detail: 1, ..MixedOptions::default() };
     let mut sphere = clusters_apart(0);
     "sphere and lights".clone_into(&mut sphere.name);
-    sphere.triangles = shapes::closed_sphere(3);
-    sphere.reflectance = vec![0.5; sphere.triangles.len()];
-    sphere.objects = vec![0; sphere.triangles.len()];
+    sphere.triangles = shapes::closed_sphere(3).into();
+    sphere.reflectance = vec![0.5; sphere.triangles.len()].into();
+    sphere.objects = vec![0; sphere.triangles.len()].into();
     vec![
         paper::fig2(),
         paper::fig3(),

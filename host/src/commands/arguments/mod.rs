@@ -2,6 +2,7 @@
 
 pub mod estimator;
 pub mod light;
+pub mod packed;
 pub mod part;
 pub mod photons;
 pub mod values;

@@ -9,13 +9,14 @@ use arboleda::{AnyIndex, BATCH_SCRATCH, Hit, Ray, RayError, RayIndex};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 
+use super::arguments::packed::PackedArguments;
 use super::arguments::values::file_ending_in;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
 use crate::bench::progress::during;
 use crate::files::output::{check_writable, write_npy};
 use crate::files::rays::{self, RayTable};
 use crate::scene::Model;
-use crate::{IndexFile, Threads, TimedIndex};
+use crate::{IndexFile, PackedScene, Threads, TimedIndex};
 use hit_files::{HitRecord, normals, write_objects, write_points};
 
 /// Rays of the sample for the automatic selection of an index, evenly spread over the file.
@@ -23,8 +24,8 @@ const SAMPLE_RAYS: usize = 1024;
 
 /// Answer the rays of a NumPy file
 ///
-/// SCENE may be a file X.arb that `pack` wrote; then nothing is built. If the index was packed with `--origin`, subtract
-/// the origin from the origins of the rays: the file does not hold it.
+/// With --index-file, nothing is built. SCENE may be a file X.arb without its scene, too; then only hits are written, and
+/// if the index was packed with `--origin`, subtract the origin from the origins of the rays: the file does not hold it.
 ///
 /// RAYS is float32 or float64 of shape (N, 6): origin, direction; or (N, 8): origin, direction, t_min, t_max. The
 /// defaults are t_min = 0 and t_max = +inf. A direction may have any length but 0; the unit of t is that length.
@@ -40,6 +41,8 @@ const SAMPLE_RAYS: usize = 1024;
 pub struct Cast {
     #[command(flatten)]
     scene: SceneArguments,
+    #[command(flatten)]
+    packed: PackedArguments,
     /// Read the rays from a .npy file
     #[arg(long, value_name = "RAYS.npy")]
     rays: PathBuf,
@@ -92,6 +95,9 @@ impl Cast {
         if let Some(path) = self.scene.index_file(&self.build)? {
             return self.answer_by_file(path, &table);
         }
+        if let Some(scene) = self.packed.open()? {
+            return self.answer_by_packed(scene, &table);
+        }
         let model = self.scene.load()?;
         let rays = table.rays(model.origin);
         drop(table);
@@ -113,6 +119,20 @@ impl Cast {
             self.answer(&owned.index(), &rays, &model)?;
         }
         Ok(())
+    }
+
+    /// Answers rays by a packed scene.
+    fn answer_by_packed(&self, mut scene: PackedScene, table: &RayTable) -> anyhow::Result<()> {
+        let rays = table.rays(scene.model.origin);
+        report_refused(&rays);
+        if let Some(path) = &self.object_names {
+            scene.model.object_names = scene.object_names()?;
+            write_objects(path, &scene.model)?;
+        }
+        if self.files().next().is_none() {
+            return Ok(());
+        }
+        self.answer(&scene.index.index(), &rays, &scene.model)
     }
 
     /// Answers rays by the index of a file. Only hits are written, because not every kind gives its triangles back.

@@ -24,8 +24,8 @@ use crate::photon::Digest;
 /// They must be of one job: the same scene, --photons, --seed, lights, and points or camera. No photon may be in two
 /// parts. All photons must be there, except with --missing or --part.
 ///
-/// For `irradiance` and `render`, the files of the scene and of the points are read again; --scene-file and --points say
-/// where they are now. How a picture looks is what the part with the first photons says.
+/// For `irradiance` and `render`, the files of the scene and of the points are read again; --scene-file or --index-file,
+/// and --points say where they are now. How a picture looks is what the part with the first photons says.
 #[derive(Args)]
 pub struct Merge {
     /// Files of the parts
@@ -58,6 +58,9 @@ pub struct MergeOutputs {
     /// Read the scene from this file [default: the file that the parts name]
     #[arg(long, value_name = "SCENE")]
     pub scene_file: Option<PathBuf>,
+    /// Take the packed scene X.arb, as the command's --index-file does [default: what the parts name]
+    #[arg(long, value_name = "X.arb", value_parser = file_ending_in(&["arb"]), conflicts_with = "scene_file")]
+    pub index_file: Option<PathBuf>,
     /// Read the points from this file [default: the file that the parts name]
     #[arg(long, value_name = "POINTS.npy")]
     pub points: Option<PathBuf>,
@@ -73,6 +76,10 @@ impl MergeOutputs {
     ) {
         if let Some(path) = &self.scene_file {
             scene.move_to(path);
+            lighting.packed.move_to(None);
+        }
+        if let Some(path) = &self.index_file {
+            lighting.packed.move_to(Some(path));
         }
         lighting.estimator.load_map = None;
         lighting.estimator.save_map.clone_from(&self.save_map);
@@ -105,6 +112,7 @@ impl MergeOutputs {
             ("--values", self.values.is_some()),
             ("--save-map", self.save_map.is_some()),
             ("--scene-file", self.scene_file.is_some()),
+            ("--index-file", self.index_file.is_some()),
             ("--points", self.points.is_some()),
         ];
         let wrong = given.iter().find(|(name, given)| *given && options.contains(name));
@@ -159,7 +167,7 @@ impl Merge {
         // Before all is read, which may take long.
         if job.kind == JobKind::Shoot {
             self.outputs.check_out(job.kind, &["npy", "csv"])?;
-            let none = ["--values", "--save-map", "--scene-file", "--points"];
+            let none = ["--values", "--save-map", "--scene-file", "--index-file", "--points"];
             self.outputs.refuse(job.kind, &none)?;
         }
 
@@ -189,7 +197,7 @@ impl Merge {
         }
         if let PartSums::Shot(sums) = &all.sums {
             if let Some(path) = out {
-                write_flux(path, &sums.hits, sums.balance.photon_flux())?;
+                write_flux(path, sums.hits.iter().copied(), sums.balance.photon_flux())?;
                 log::info!("photons and flux of each triangle: {}", path.display());
             }
             print_balance(&sums.balance);

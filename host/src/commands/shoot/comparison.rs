@@ -1,7 +1,7 @@
 //! The same photons through several indices: the table and the digests that compare them.
 
 use anyhow::ensure;
-use arboleda::{IndexKind, Options, Scene};
+use arboleda::{AnyIndex, IndexKind, Options, Scene};
 
 use crate::Threads;
 use crate::bench::progress::photon_bar;
@@ -66,17 +66,24 @@ impl ShotComparison<'_> {
         for &kind in kinds {
             let owned = build_index(kind, &self.scene, &self.build, &threads)?;
             let index = owned.index();
-            let clusters = index.sections().cluster_count();
-            let index = index.as_ray_index();
-            let share = shares.then(|| shoot(self.model, index, &few, &|_| {}).digest);
+            let share =
+                shares.then(|| shoot(self.model, index.as_ray_index(), &few, &|_| {}).digest);
             let options = if shares && kind == IndexKind::Linear { &few } else { &self.options };
-            let bar = photon_bar(options.photons, kind.name());
-            let shot = shoot(self.model, index, options, &|photons| bar.inc(photons));
-            bar.finish_and_clear();
-            let (build_seconds, bytes) = (owned.build_seconds(), owned.bytes());
-            rows.push(IndexShot { kind, clusters, build_seconds, bytes, shot, share });
+            let build_seconds = owned.build_seconds();
+            rows.push(IndexShot { build_seconds, share, ..self.through(&index, options) });
         }
         Ok(rows)
+    }
+
+    /// Shoots through one index that is there, with a progress bar.
+    pub fn through(&self, index: &AnyIndex<'_>, options: &ShootOptions) -> IndexShot {
+        let kind = index.kind();
+        let bar = photon_bar(options.photons, kind.name());
+        let progress = |photons| bar.inc(photons);
+        let shot = shoot(self.model, index.as_ray_index(), options, &progress);
+        bar.finish_and_clear();
+        let (clusters, bytes) = (index.sections().cluster_count(), index.as_bytes().len());
+        IndexShot { kind, clusters, build_seconds: 0.0, bytes, shot, share: None }
     }
 }
 

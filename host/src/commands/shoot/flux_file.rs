@@ -21,15 +21,18 @@ const COLUMNS: [&str; 5] = ["triangle", "front_photons", "back_photons", "front_
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_flux(path: &Path, hits: &[[u64; 2]], photon_flux: f64) -> anyhow::Result<()> {
-    let received = |&[front, back]: &[u64; 2]| Received {
+pub fn write_flux(
+    path: &Path,
+    hits: impl ExactSizeIterator<Item = [u64; 2]>,
+    photon_flux: f64,
+) -> anyhow::Result<()> {
+    let received = |[front, back]: [u64; 2]| Received {
         front_photons: front,
         back_photons: back,
         front_flux: front as f64 * photon_flux,
         back_flux: back as f64 * photon_flux,
     };
-    let rows: Vec<Received> = hits.iter().map(received).collect();
-    write_triangle_rows(path, &COLUMNS, &rows, |row| {
+    write_triangle_rows(path, &COLUMNS, hits.map(received), |row| {
         let Received { front_photons, back_photons, front_flux, back_flux } = *row;
         (front_photons, back_photons, front_flux, back_flux)
     })

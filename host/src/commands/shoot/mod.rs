@@ -8,10 +8,11 @@ mod surface_files;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use arboleda::{IndexKind, Scene, Vec3};
+use arboleda::{AnyIndex, IndexKind, Scene, Vec3};
 use clap::Args;
 
 use super::arguments::light::LightArguments;
+use super::arguments::packed::{PackedArguments, SceneIndex};
 use super::arguments::part::PartArguments;
 use super::arguments::values::{MOST_PHOTONS, file_ending_in, threads, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments};
@@ -24,7 +25,7 @@ use crate::files::output::check_writable;
 use crate::photon::{Counting, Emitter, ShootOptions, Shot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::Model;
-use crate::{Threads, TimedIndex};
+use crate::{PackedScene, Threads, TimedIndex};
 pub use comparison::{ShotComparison, print_digests, print_rows};
 pub use flux_file::write_flux;
 use surface_files::{write_mesh, write_photons, write_triangles};
@@ -43,6 +44,8 @@ use surface_files::{write_mesh, write_photons, write_triangles};
 pub struct Shoot {
     #[command(flatten)]
     scene: SceneArguments,
+    #[command(flatten)]
+    packed: PackedArguments,
     #[command(flatten)]
     index: IndexChoice,
     /// Number of photons: 1000000, 1_000_000, 1e6 or 1M
@@ -101,7 +104,11 @@ impl Shoot {
             &self.part.checkpoint,
         ];
         files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
-        let model = self.lights.lit(self.scene.load()?, self.scene.up);
+        let (model, packed) = match self.packed.open()? {
+            Some(PackedScene { model, index, .. }) => (model, Some(index)),
+            None => (self.scene.load()?, None),
+        };
+        let model = self.lights.lit(model, self.scene.up);
         say!(
             "{}: {} triangles, {} photons",
             model.name,
@@ -116,7 +123,7 @@ impl Shoot {
             ..ShootOptions::default()
         };
         // A scene that emits no photons gives no sample; the selection then sees the triangles only.
-        let sample = self.index.uses_rays().then(|| {
+        let sample = (packed.is_none() && self.index.uses_rays()).then(|| {
             let photons = SAMPLE_PHOTONS.min(self.photons);
             during("sampling", || Workload::of_photons(&model, photons, self.seed).ok())
         });
@@ -127,12 +134,14 @@ impl Shoot {
             self.part.photon_range.as_ref().map_or(self.photons, |range| range.end - range.start);
         let scene = scene.expecting(photons.saturating_mul(2));
         if self.part.in_parts(team) {
-            return self.in_parts(team, &model, &scene, &options);
+            return self.in_parts(team, &model, &scene, packed, &options);
         }
-        let kinds = self.index.kinds(&scene, &self.build.options())?;
         let comparison =
             ShotComparison { model: &model, scene, build: self.build.options(), options };
-        let rows = comparison.run(&kinds)?;
+        let rows = match &packed {
+            Some(packed) => vec![comparison.through(&packed.index(), &comparison.options)],
+            None => comparison.run(&self.index.kinds(&scene, &self.build.options())?)?,
+        };
         print_rows(&rows);
         print_digests(&rows)?;
         let last = rows.last().context("no index was named")?;
@@ -142,41 +151,55 @@ impl Shoot {
         let shot = shot.unwrap_or(&last.shot);
         if let Some(path) = &self.out {
             let counts = shot.hit_counts.iter().zip(&shot.front_hit_counts);
-            let hits: Vec<[u64; 2]> = counts.map(|(both, &front)| [front, both - front]).collect();
-            write_flux(path, &hits, shot.balance.photon_flux())?;
+            let hits = counts.map(|(both, &front)| [front, both - front]);
+            write_flux(path, hits, shot.balance.photon_flux())?;
             log::info!("photons and flux of each triangle: {}", path.display());
         }
-        self.write_surfaces(&model, &scene, last.kind)?;
+        let index = || match packed {
+            Some(packed) => Ok(SceneIndex::Packed(packed)),
+            None => self.build_again(last.kind, &scene),
+        };
+        self.write_pictures(&model, shot, index)
+    }
+}
+
+impl Shoot {
+    /// Builds an index once more, for work after the comparison. No result depends on its kind, and the linear scan would
+    /// be slow.
+    fn build_again(&self, kind: IndexKind, scene: &Scene<'_>) -> anyhow::Result<SceneIndex> {
+        let kind = if kind == IndexKind::Linear { IndexKind::Bvh } else { kind };
+        let (options, threads) = (self.build.options(), Threads::new(self.threads));
+        Ok(SceneIndex::Built(TimedIndex::build_with(kind, scene, &options, &threads)?))
+    }
+
+    /// Writes the files of the light on surfaces, and the picture, if one is named. `index` makes the index.
+    fn write_pictures(
+        &self,
+        model: &Model,
+        shot: &Shot,
+        index: impl FnOnce() -> anyhow::Result<SceneIndex>,
+    ) -> anyhow::Result<()> {
+        let asked = [&self.triangles, &self.mesh_ply, &self.photons_ply, &self.picture];
+        if asked.into_iter().flatten().next().is_none() {
+            return Ok(());
+        }
+        let index = during("building the index again", index)?;
+        let index = index.index();
+        self.write_surfaces(model, &index)?;
         if let Some(path) = &self.picture {
             let mut canvas = Canvas::new(1280, 900);
-            let up = self.scene.up.vector(&model);
-            during("painting", || -> anyhow::Result<()> {
-                let (scene, options) = (self.build.scene(&model), self.build.options());
-                let owned = TimedIndex::build(IndexKind::Bvh, &scene, &options)?;
-                paint_light(&mut canvas, &owned, &model, shot, up);
+            let up = self.scene.up.vector(model);
+            during("painting", || {
+                paint_light(&mut canvas, &index, model, shot, up);
                 canvas.save(path)
             })?;
             log::info!("picture: {}", path.display());
         }
         Ok(())
     }
-}
 
-impl Shoot {
     /// Writes the files of the light on surfaces. The photons are shot again, with their colours.
-    fn write_surfaces(
-        &self,
-        model: &Model,
-        scene: &Scene<'_>,
-        kind: IndexKind,
-    ) -> anyhow::Result<()> {
-        let asked = [&self.triangles, &self.mesh_ply, &self.photons_ply];
-        if asked.into_iter().flatten().next().is_none() {
-            return Ok(());
-        }
-        let threads = Threads::new(self.threads);
-        let built = TimedIndex::build_with(kind, scene, &self.build.options(), &threads)?;
-        let index = built.index();
+    fn write_surfaces(&self, model: &Model, index: &AnyIndex<'_>) -> anyhow::Result<()> {
         let source = PhotonSource::new(model, index.as_ray_index(), self.photons, self.seed);
         if let Some(path) = &self.photons_ply {
             let hits = first_hits(&source, self.ply_limit);
@@ -216,12 +239,11 @@ impl Shoot {
 }
 
 /// Paints the irradiance of the model's triangles by a shot.
-fn paint_light(canvas: &mut Canvas, owned: &TimedIndex, model: &Model, shot: &Shot, up: Vec3) {
+fn paint_light(canvas: &mut Canvas, index: &AnyIndex<'_>, model: &Model, shot: &Shot, up: Vec3) {
     let irradiance: Vec<f64> = (0..)
         .zip(&model.triangles)
         .map(|(id, triangle)| shot.irradiance(arboleda::TriangleId(id), triangle))
         .collect();
-    let index = owned.index();
     let index = index.as_ray_index();
     let title = format!(
         "{}: irradiance by {} photons, {} W",

@@ -4,13 +4,14 @@ use anyhow::ensure;
 use arboleda::Scene;
 
 use super::{Shoot, write_flux};
-use crate::Threads;
 use crate::commands::arguments::build_index;
+use crate::commands::arguments::packed::SceneIndex;
 use crate::commands::lit_scene::print_balance;
 use crate::commands::parts::{PartWork, Team, print_digest};
 use crate::parts::{Job, PartSums};
 use crate::photon::{ShootOptions, shoot_range};
 use crate::scene::Model;
+use crate::{PackedIndex, Threads};
 
 impl Shoot {
     /// Shoots a range of the photons with a team, and writes what they leave behind.
@@ -23,6 +24,7 @@ impl Shoot {
         team: Team,
         model: &Model,
         scene: &Scene<'_>,
+        packed: Option<PackedIndex>,
         options: &ShootOptions,
     ) -> anyhow::Result<()> {
         let again = [&self.triangles, &self.mesh_ply, &self.photons_ply, &self.picture];
@@ -31,24 +33,29 @@ impl Shoot {
             "--out and --part are for several processes; --triangles, --mesh-ply, --photons-ply, --picture and \
              --counters are for one"
         );
-        let build = self.build.options();
-        let kind = self.index.kind(scene, &build)?;
-        let owned = build_index(kind, scene, &build, &Threads::new(self.threads))?;
-        let index = owned.index();
+        let index = if let Some(packed) = packed {
+            SceneIndex::Packed(packed)
+        } else {
+            let (build, threads) = (self.build.options(), Threads::new(self.threads));
+            let kind = self.index.kind(scene, &build)?;
+            SceneIndex::Built(build_index(kind, scene, &build, &threads)?)
+        };
+        let index = index.index();
+        let name = index.kind().name();
         let shoot = |photons, progress: &(dyn Fn(u64) + Sync)| {
             let sums = shoot_range(model, index.as_ray_index(), options, photons, &progress);
             Ok(PartSums::Shot(sums))
         };
         let job = Job::of_shot(model, options);
-        let work = PartWork { job, arguments: Vec::new(), index: kind.name(), shoot: &shoot };
+        let work = PartWork { job, arguments: Vec::new(), index: name, shoot: &shoot };
         let Some(merged) = work.run(&self.part, team)? else { return Ok(()) };
         if let PartSums::Shot(sums) = merged.all.sums {
             if let Some(path) = &self.out {
-                write_flux(path, &sums.hits, sums.balance.photon_flux())?;
+                write_flux(path, sums.hits.iter().copied(), sums.balance.photon_flux())?;
                 log::info!("photons and flux of each triangle: {}", path.display());
             }
             print_balance(&sums.balance);
-            print_digest(sums.balance.emitted, sums.digest(), kind.name());
+            print_digest(sums.balance.emitted, sums.digest(), name);
         }
         Ok(())
     }

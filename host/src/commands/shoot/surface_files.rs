@@ -57,8 +57,7 @@ impl From<&TriangleIrradiance> for TriangleRow {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_triangles(path: &Path, lights: &[TriangleIrradiance]) -> anyhow::Result<()> {
-    let rows: Vec<TriangleRow> = lights.iter().map(TriangleRow::from).collect();
-    write_triangle_rows(path, &COLUMNS, &rows, |row| {
+    write_triangle_rows(path, &COLUMNS, lights.iter().map(TriangleRow::from), |row| {
         let errors = (row.front_error, row.back_error);
         let photons = (row.front_photons, row.back_photons);
         (row.area, row.front_irradiance, row.back_irradiance, errors, photons)

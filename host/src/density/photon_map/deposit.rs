@@ -7,7 +7,7 @@ use crate::density::receiver::hit_point;
 use crate::photon::{Balance, Segment, Side, Visitor};
 use crate::scene::Model;
 
-use super::{MOST_PHOTONS, MapError, Photon, PhotonMap, TOP, build, normals_of, tint};
+use super::{MOST_PHOTONS, MapError, Normals, Photon, PhotonMap, TOP, build, tint};
 
 /// Hit of a photon, before it has a rank.
 struct Deposit {
@@ -145,7 +145,7 @@ impl RankedHits {
         if !tints.is_empty() {
             tints = photons.iter().map(|photon| tints[photon.rank() as usize]).collect();
         }
-        PhotonMap { photons, tints, normals: normals_of(model), balance }
+        PhotonMap { photons, tints, normals: Normals::of(model), balance }
     }
 }
 

@@ -17,7 +17,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use super::{MOST_PHOTONS, Photon, PhotonMap, normals_of};
+use super::{MOST_PHOTONS, Normals, Photon, PhotonMap};
 use crate::files::FileError;
 use crate::files::output::write_file;
 use crate::photon::Balance;
@@ -160,5 +160,5 @@ fn decode(bytes: &[u8], model: &Model) -> Result<PhotonMap, MapProblem> {
         read.push(photon);
     }
     let tints = tint_bytes.chunks_exact(4).map(word).collect();
-    Ok(PhotonMap { photons: read, tints, normals: normals_of(model), balance })
+    Ok(PhotonMap { photons: read, tints, normals: Normals::of(model), balance })
 }

@@ -30,7 +30,7 @@ mod search;
 mod tests;
 mod tint;
 
-use arboleda::Vec3;
+use arboleda::{Triangle, Vec3};
 use bytemuck::{Pod, Zeroable};
 use thiserror::Error;
 
@@ -40,7 +40,7 @@ pub use search::{Facing, Found, Neighbourhood};
 
 use super::receiver::unit_normal;
 use crate::photon::{Balance, Side};
-use crate::scene::Model;
+use crate::scene::{Column, Model};
 use crate::vector::Vector64;
 
 /// Most photons of a map: 2^31 - 1, which take 43 GB.
@@ -130,8 +130,7 @@ pub struct PhotonMap {
     photons: Vec<Photon>,
     /// Colours of the photons, in the order of the array; empty in a grey model.
     tints: Vec<u32>,
-    /// Unit normal of each triangle; zero without area.
-    normals: Vec<Vector64>,
+    normals: Normals,
     balance: Balance,
 }
 
@@ -179,6 +178,34 @@ impl PhotonMap {
     }
 }
 
-fn normals_of(model: &Model) -> Vec<Vector64> {
-    model.triangles.iter().map(|triangle| unit_normal(triangle).unwrap_or(Vector64::ZERO)).collect()
+/// Unit normals of triangles; zero without area.
+#[derive(Clone, Debug)]
+enum Normals {
+    /// Of each triangle, by id.
+    Table(Vec<Vector64>),
+    /// Computed when they are asked for. Triangles of a file that processes share may be far more than photons, and the
+    /// table would take 24 bytes of each process for each.
+    Computed(Column<Triangle>),
+}
+
+impl Normals {
+    fn of(model: &Model) -> Self {
+        if model.triangles.is_mapped() {
+            return Self::Computed(model.triangles.clone());
+        }
+        Self::Table(model.triangles.iter().map(Self::compute).collect())
+    }
+
+    fn compute(triangle: &Triangle) -> Vector64 {
+        unit_normal(triangle).unwrap_or(Vector64::ZERO)
+    }
+
+    /// Returns the normal of a triangle; `None` if there is no such triangle.
+    #[inline]
+    fn get(&self, triangle: u32) -> Option<Vector64> {
+        match self {
+            Self::Table(normals) => normals.get(triangle as usize).copied(),
+            Self::Computed(triangles) => triangles.get(triangle as usize).map(Self::compute),
+        }
+    }
 }

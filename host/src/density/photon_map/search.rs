@@ -50,7 +50,7 @@ impl Facing {
     ) -> bool {
         /// Rounding of the product of two unit vectors.
         const ROUNDING: f64 = 1e-12;
-        let Some(&normal) = map.normals.get(photon.triangle() as usize) else { return false };
+        let Some(normal) = map.normals.get(photon.triangle()) else { return false };
         let cosine = from.receiver.normal().dot(normal);
         let cosine = if photon.side() == Side::Front { cosine } else { -cosine };
         if cosine < self.cosine - ROUNDING {

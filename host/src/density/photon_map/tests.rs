@@ -22,7 +22,7 @@ fn map_of(places: &[Vec3]) -> PhotonMap {
         photon.rank = rank;
     }
     build::order(&mut photons);
-    let normals = vec![Vector64::new(0.0, 0.0, 1.0)];
+    let normals = Normals::Table(vec![Vector64::new(0.0, 0.0, 1.0)]);
     PhotonMap { photons, tints: Vec::new(), normals, balance: Balance::default() }
 }
 
@@ -124,7 +124,7 @@ fn a_map_is_read_as_it_was_written_and_refused_for_another_scene() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("photons.map");
     let mut lit = uniform_furnace(0.5);
-    lit.model.colours = vec![[0.9, 0.5, 0.1]; lit.model.triangles.len()];
+    lit.model.colours = vec![[0.9, 0.5, 0.1]; lit.model.triangles.len()].into();
     let map = lit.map(5_000);
     map.save(&path, &lit.model).unwrap();
     let read = PhotonMap::load(&path, &lit.model).unwrap();
@@ -289,7 +289,7 @@ fn direct_and_indirect_light_make_up_all() {
 fn colours_multiply_along_the_path() {
     // In a furnace of white light each colour sees the furnace of its own reflectance.
     let mut lit = uniform_furnace(0.5);
-    lit.model.colours = vec![[0.8, 0.5, 0.2]; lit.model.triangles.len()];
+    lit.model.colours = vec![[0.8, 0.5, 0.2]; lit.model.triangles.len()].into();
     let map = lit.map(1_000_000);
     let estimator = MapEstimator {
         gather: Gather::Within { radius: 0.5 },

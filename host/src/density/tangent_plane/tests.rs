@@ -306,7 +306,7 @@ fn the_error_halves_with_four_times_the_photons() {
 #[test]
 fn sums_do_not_depend_on_threads() {
     let mut lit = uniform_furnace(0.5);
-    lit.model.colours = vec![[0.9, 0.5, 0.1]; lit.model.triangles.len()];
+    lit.model.colours = vec![[0.9, 0.5, 0.1]; lit.model.triangles.len()].into();
     let receivers: Vec<_> = (1..50).map(|at| on_floor(0.04 * at as f32, 1.0)).collect();
     let options = TangentPlane { kernel: Kernel::Epanechnikov, ..visible(0.2) };
     let expected = Mutex::new(None);

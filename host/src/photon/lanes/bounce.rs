@@ -4,13 +4,12 @@
 //! words of the photon's block   - R x y   next block   x y - -     R: draw of the roulette; then two points
 //! ```
 
-use arboleda::{Hit, Ray, SimdLevel, Vec3, Work};
+use arboleda::{Hit, Ray, SimdLevel, Triangle, Vec3, Work};
 
 use super::{DiscPoint, LANE_ATTEMPTS, LANES, LaneRays, Vectors, Words, put, wide, words_of};
 use crate::photon::random::{Place, halves, philox_lanes};
 use crate::photon::surface::hemisphere::Frame;
 use crate::photon::surface::offset::Departure;
-use crate::scene::Model;
 
 /// Photons of a group after a bounce.
 pub(in crate::photon) struct BounceLanes {
@@ -57,10 +56,17 @@ impl BounceLanes {
 
     /// Puts a hit into a lane. `place` is that before the roulette, which the photon survives.
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, model: &Model, ray: &Ray, hit: &Hit, place: &Place) {
+    pub fn put(
+        &mut self,
+        lane: usize,
+        triangles: &[Triangle],
+        ray: &Ray,
+        hit: &Hit,
+        place: &Place,
+    ) {
         let Impacts { corners: [a, b, c], incoming, u, v } = &mut self.impacts;
         // A photon cannot depart from a triangle without area.
-        let triangle = model.triangles.get(hit.triangle.0 as usize);
+        let triangle = triangles.get(hit.triangle.0 as usize);
         let corners =
             triangle.map_or([Vec3::ZERO; 3], |triangle| [triangle.a, triangle.b, triangle.c]);
         put(a, lane, corners[0]);

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use arboleda::{Hit, RayIndex, SimdLevel};
+use arboleda::{Hit, RayIndex, SimdLevel, Triangle};
 
 use super::digest_tree::{DigestNode, DigestTree, Event};
 use super::{Balance, RangeSums, Shot};
@@ -79,7 +79,7 @@ impl Default for ShootOptions {
 /// let floor = Triangle::new(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0);
 /// let light = AreaLight { corner: Vec3::Z, edge_u: Vec3::Y, edge_v: Vec3::X, flux: 100.0 };
 /// let model = Model {
-///     triangles: vec![floor], reflectance: vec![0.5], lights: vec![light], ..Model::default()
+///     triangles: vec![floor].into(), reflectance: vec![0.5].into(), lights: vec![light], ..Model::default()
 /// };
 /// let (mut arena, mut scratch) = ([Block::ZERO; 64], [Block::ZERO; 64]);
 /// let index = Index::<Linear>::build(&model.scene(), &Options::default(),
@@ -153,7 +153,12 @@ fn shoot_here<I: RayIndex + Sync + ?Sized>(
     let mut digests = DigestTree::new(options.photons);
     let mut all = Tally::default();
     for (run, is_cut) in cut_at_chunks(&photons, options.photons) {
-        let visitor = ShotVisitor { model, hits: &hits, level: SimdLevel::detect(), is_cut };
+        let visitor = ShotVisitor {
+            triangles: &model.triangles,
+            hits: &hits,
+            level: SimdLevel::detect(),
+            is_cut,
+        };
         let mut chunk = run.start / CHUNK;
         let tally =
             stream(&tracer, run.clone(), index, options.counting, progress, &visitor, |hits| {
@@ -194,7 +199,7 @@ fn cut_at_chunks(
 
 /// Counts the hits of each side of each triangle, and hashes the hits of each chunk.
 struct ShotVisitor<'s> {
-    model: &'s Model,
+    triangles: &'s [Triangle],
     /// Hits on the front and on the back of each triangle.
     ///
     /// # What lost
@@ -224,7 +229,7 @@ impl Visitor for ShotVisitor<'_> {
         for first in (0..part.hit_count()).step_by(LANES) {
             let some = first..part.hit_count().min(first + LANES);
             chunk.hash(part.hits(some.clone()));
-            chunk.find_sides(self.model, || part.hits(some.clone()));
+            chunk.find_sides(self.triangles, || part.hits(some.clone()));
         }
     }
 
@@ -301,12 +306,12 @@ impl OpenChunk {
     #[inline]
     fn find_sides<H: Iterator<Item = (Segment, Hit)>>(
         &mut self,
-        model: &Model,
+        triangles: &[Triangle],
         hits: impl Fn() -> H,
     ) {
         let known = || {
             hits().filter_map(|(segment, hit)| {
-                Some((model.triangles.get(hit.triangle.0 as usize)?, segment.ray, hit))
+                Some((triangles.get(hit.triangle.0 as usize)?, segment.ray, hit))
             })
         };
         for (lane, (triangle, ray, _)) in (0..LANES).zip(known()) {

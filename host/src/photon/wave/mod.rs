@@ -163,7 +163,7 @@ impl<'t, 'm> Wave<'t, 'm> {
         for group in survivors.chunks(LANES) {
             for (lane, &at) in (0..LANES).zip(group) {
                 let at = at as usize;
-                bounces.put(lane, tracer.model(), &rays[at], &hits[at], &photons[at].place);
+                bounces.put(lane, tracer.triangles(), &rays[at], &hits[at], &photons[at].place);
             }
             bounces.compute();
             for (lane, &at) in (0..LANES).zip(group) {

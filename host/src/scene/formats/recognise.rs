@@ -32,7 +32,7 @@ pub(super) fn format(bytes: &[u8], name: &Path) -> Result<Format, SceneError> {
             Signature::Npy => "rays are given to `cast` by `--rays`",
             Signature::Fbx => "export it as OBJ, PLY, STL or glTF",
             Signature::Index => {
-                "`cast` and `inspect` read files of indices whose names end in .arb"
+                "`cast` and `inspect` read indices X.arb; --index-file takes X.arb with its scene X.arb.scene"
             }
         };
         return Err(SceneError::Foreign { file: name.into(), kind: signature.kind(), cure });

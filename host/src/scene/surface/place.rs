@@ -46,7 +46,7 @@ impl Surface {
         let mut parts = self.parts.iter().peekable();
         let (mut object, mut material) = (0, Material::DEFAULT);
         let coloured = !self.parts.iter().all(|part| part.material.is_grey());
-        model.triangles.reserve(self.corners.len() - 2 * self.arities.len());
+        model.triangles.to_mut().reserve(self.corners.len() - 2 * self.arities.len());
         for (number, face) in self.faces().enumerate() {
             while let Some(part) = parts.next_if(|part| part.first_face <= number) {
                 (object, material) = (part.object, part.material);
@@ -73,12 +73,12 @@ impl Surface {
                         sides: LitSides::Front,
                     });
                 }
-                model.triangles.push(triangle);
+                model.triangles.to_mut().push(triangle);
             }
-            model.objects.resize(model.triangles.len(), object);
-            model.reflectance.resize(model.triangles.len(), material.reflectance);
+            model.objects.to_mut().resize(model.triangles.len(), object);
+            model.reflectance.to_mut().resize(model.triangles.len(), material.reflectance);
             if coloured {
-                model.colours.resize(model.triangles.len(), material.colour);
+                model.colours.to_mut().resize(model.triangles.len(), material.colour);
             }
         }
 
