@@ -78,6 +78,7 @@ whole() {
 
 ranks() {
     each_job on_ranks
+    packed
     killed
     full
 }
@@ -90,6 +91,25 @@ on_ranks() {
         same "ranks.$ending" "whole-$name.$ending"
     done
     echo "$name: 1 to 4 ranks"
+}
+
+# Ranks share a packed scene, and are bound as mpirun likes. Ranks of different jobs do not shoot together.
+packed() {
+    quiet "$arboleda" pack room.obj -o room.arb
+    mv room.obj away.obj
+    each_job on_packed
+    mv away.obj room.obj
+    refused "rank 1 has another job than rank 0: it has 2 as seed, not 1" \
+        mpirun -n 1 "$arboleda" shoot room.obj --photons 5000 : -n 1 "$arboleda" shoot room.obj --photons 5000 --seed 2
+}
+
+on_packed() {
+    local name=$1 ending=$3 option=$4 words=("${@:5}")
+    [[ $name == shoot || $name == detp || $name == picture ]] || return 0
+    # shellcheck disable=SC2086
+    quiet mpirun -n 2 "$arboleda" "${words[@]/#room.obj/--index-file=room.arb}" $option "packed.$ending"
+    same "packed.$ending" "whole-$name.$ending"
+    echo "$name: 2 ranks, a packed scene"
 }
 
 # A rank is killed after the first checkpoint, twice. The job goes on with another number of ranks.
