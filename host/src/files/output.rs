@@ -11,7 +11,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use npyz::WriterBuilder;
+use npyz::{DType, Field, WriterBuilder};
 use tempfile::NamedTempFile;
 
 /// Checks that a file can be written, for use before the work whose result it will hold. Leaves no file behind.
@@ -81,11 +81,27 @@ fn write_npy_of<T: npyz::AutoSerialize>(
 ) -> anyhow::Result<()> {
     let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
     write_file(path, |file| {
+        let dtype = little_endian(T::default_dtype());
         let mut writer =
-            npyz::WriteOptions::new().default_dtype().shape(&shape).writer(file).begin_nd()?;
+            npyz::WriteOptions::new().dtype(dtype).shape(&shape).writer(file).begin_nd()?;
         writer.extend(values)?;
         writer.finish()
     })
+}
+
+/// Makes the type of an array little-endian, so that a file has the same bytes from every machine.
+fn little_endian(dtype: DType) -> DType {
+    match dtype {
+        DType::Plain(plain) => {
+            let little = plain.to_string().replacen('>', "<", 1);
+            DType::Plain(little.parse().unwrap_or(plain))
+        }
+        DType::Array(length, inner) => DType::Array(length, Box::new(little_endian(*inner))),
+        DType::Record(fields) => {
+            let little = |field: Field| Field { dtype: little_endian(field.dtype), ..field };
+            DType::Record(fields.into_iter().map(little).collect())
+        }
+    }
 }
 
 /// Writes one row for each triangle, in the order of ids: as CSV if the name ends in .csv, else as a structured array.
@@ -229,6 +245,19 @@ mod tests {
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    }
+
+    #[test]
+    fn arrays_are_little_endian_on_every_machine() {
+        let plain = |text: &str| DType::Plain(text.parse().unwrap());
+        let record = |number: &str, byte: &str| {
+            let inner = DType::Array(3, Box::new(plain(number)));
+            let field = |name: &str, dtype| Field { name: name.into(), dtype };
+            DType::Record(vec![field("a", inner), field("b", plain(byte))])
+        };
+        assert_eq!(little_endian(plain(">f8")), plain("<f8"));
+        assert_eq!(little_endian(record(">u4", "|u1")), record("<u4", "|u1"));
+        assert_eq!(little_endian(record("<u4", "|u1")), record("<u4", "|u1"));
     }
 
     #[cfg(target_os = "linux")]
