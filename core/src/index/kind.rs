@@ -189,8 +189,8 @@ impl<'a> AnyIndex<'a> {
     /// Opens bytes that were validated before, from the header alone: by [`AnyIndex::from_bytes`] in this process, or in
     /// another one that shares the memory or the file. Cost: constant.
     ///
-    /// The bytes must not have changed since. On other bytes a query neither panics nor reads out of bounds, but it may
-    /// find anything, and need not end.
+    /// The bytes must not have changed since. On other bytes a query reads nothing out of bounds, but it may find anything,
+    /// panic where overflow is checked, or not end.
     ///
     /// # Errors
     /// The errors of a header, as [`IndexKind::of_bytes`], and [`OpenError::Malformed`], [`OpenError::Truncated`] or
