@@ -67,7 +67,9 @@ struct Hits<'m> {
 impl Visitor for Hits<'_> {
     type State = Vec<(u32, Side, [f32; 3])>;
 
-    const CHUNKS_AT_ONCE: u64 = 1 << 9;
+    fn chunks_at_once(&self) -> u64 {
+        1 << 9
+    }
 
     fn begin(&self) -> Self::State {
         Vec::new()

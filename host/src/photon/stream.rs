@@ -46,7 +46,9 @@ pub(crate) trait Visitor: Sync {
     /// State of a chunk.
     type State: Send;
     /// Chunks whose states are kept before they are handed on. By default 2^14: 2 MB of small states.
-    const CHUNKS_AT_ONCE: u64 = 1 << 14;
+    fn chunks_at_once(&self) -> u64 {
+        1 << 14
+    }
     /// Begins a chunk.
     fn begin(&self) -> Self::State;
     /// Receives a segment. Segments come in the order of waves and, in a wave, of photons.
@@ -83,8 +85,9 @@ pub(crate) fn stream<I: RayIndex + Sync + ?Sized, V: Visitor>(
     let count = if emitter.is_dark() { 0 } else { photons.end.saturating_sub(photons.start) };
     let mut all = Tally::default();
     let chunks = count.div_ceil(CHUNK);
-    for first in (0..chunks).step_by(V::CHUNKS_AT_ONCE as usize) {
-        let end_of_these = chunks.min(first + V::CHUNKS_AT_ONCE);
+    let at_once = visitor.chunks_at_once();
+    for first in (0..chunks).step_by(at_once as usize) {
+        let end_of_these = chunks.min(first + at_once);
         // At least four runs a thread, where there are enough chunks.
         let (these, threads) = (end_of_these - first, rayon::current_num_threads() as u64);
         let in_a_run = (these / (4 * threads)).clamp(1, MOST_CHUNKS_IN_A_RUN);

@@ -25,7 +25,9 @@ impl Visitor for Collector<'_> {
     type State = Vec<Deposit>;
 
     /// A chunk has some 2,000 hits of 40 bytes: 20 MB.
-    const CHUNKS_AT_ONCE: u64 = 256;
+    fn chunks_at_once(&self) -> u64 {
+        256
+    }
 
     fn begin(&self) -> Vec<Deposit> {
         Vec::new()

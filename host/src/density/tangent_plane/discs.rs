@@ -97,7 +97,7 @@ impl<'r> Discs<'r> {
         let mut waiting = Vec::new();
         let balance = source.stream(progress, &finder, |met| {
             waiting.push(met);
-            if waiting.len() as u64 == Finder::CHUNKS_AT_ONCE {
+            if waiting.len() as u64 == finder.chunks_at_once() {
                 self.add(&mut locked(), &waiting);
                 waiting.clear();
             }
@@ -327,8 +327,10 @@ struct Finder<'c> {
 impl Visitor for Finder<'_> {
     type State = Met;
 
-    /// 131,072 photons: some 30 MB of segments, and 8 bytes for each carrier that they meet.
-    const CHUNKS_AT_ONCE: u64 = 1 << 7;
+    /// For each thread 8,192 photons, some 3 MB: their segments, and 8 bytes for each carrier that a segment meets.
+    fn chunks_at_once(&self) -> u64 {
+        (8 * rayon::current_num_threads() as u64).min(128)
+    }
 
     fn begin(&self) -> Met {
         Met { hits: vec![Hit::NONE; HITS], ..Met::default() }
