@@ -33,6 +33,24 @@ pub enum BuildError {
     },
     /// An index beside a mesh borrows the mesh, so it cannot be [stored](crate::Stored) alone.
     CannotBeStored,
+    /// An index of this kind is one tree over all triangles, so it cannot be built [in
+    /// pieces](crate::PiecewiseBuild).
+    NotInPieces {
+        /// The kind's name.
+        kind: &'static str,
+    },
+    /// The clusters are those of another scene.
+    OtherClusters {
+        /// Triangles in the scene.
+        triangles: usize,
+        /// Triangles in the clusters.
+        clustered: usize,
+    },
+    /// A build in pieces was finished before all pieces were built.
+    PiecesLeft {
+        /// Clusters whose words are not built.
+        left: usize,
+    },
     /// The index needs more words than `u32` links can reach: lower the level.
     TooLarge,
     /// The build takes more steps than [`crate::Options::work_limit`] allows.
@@ -81,6 +99,16 @@ impl fmt::Display for BuildError {
             }
             Self::CannotBeStored => {
                 f.write_str("an index beside a mesh borrows the mesh, and cannot be stored alone")
+            }
+            Self::NotInPieces { kind } => {
+                write!(f, "{kind} is one tree over all triangles, and is not built in pieces")
+            }
+            Self::OtherClusters { triangles, clustered } => write!(
+                f,
+                "the clusters are of {clustered} triangles, and the scene has {triangles}"
+            ),
+            Self::PiecesLeft { left } => {
+                write!(f, "the words of {left} clusters are not built")
             }
             Self::TooLarge => f.write_str("the index outgrows its 32-bit links: lower the level"),
             Self::TooMuchWork { limit } => {

@@ -28,6 +28,7 @@
 //! | ask | [`Ray`], [`Index::closest_hit`], [`Index::occluded`], [`Index::all_hits`], [`Hit`] |
 //! | ask about many rays | [`Index::closest_hits`], [`Index::occluded_each`] |
 //! | save and open | [`Index::as_bytes`], [`Index::from_bytes`], [`include_index!`], [`OpenError`] |
+//! | build an index larger than the memory | [`PiecewiseBuild`] |
 //! | keep no second copy of a mesh | [`Scene::beside`], [`Index::from_bytes_beside`] |
 //! | decide the kind at run time | [`AnyIndex`], [`RayIndex`] for `dyn` |
 //! | have an index as a field | [`Stored`]; with a heap, `OwnedIndex` (feature `alloc`) |
@@ -112,7 +113,8 @@ pub use index::OwnedIndex;
 #[cfg(feature = "wide-bvh")]
 pub use index::SlicedBuild;
 pub use index::{
-    AnyIndex, BATCH_SCRATCH, Capacity, Index, IndexKind, RayIndex, Storage, Stored, select,
+    AnyIndex, BATCH_SCRATCH, Capacity, Index, IndexKind, Piece, PiecewiseBuild, RayIndex, Storage,
+    Stored, select,
 };
 pub use input::{
     BvhBuild, CostModel, Executor, Float64, Level, Mesh, MeshError, Options, Resolution, Scene,

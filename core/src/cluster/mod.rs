@@ -55,6 +55,11 @@ impl Clusters<'_> {
         self.ends.len()
     }
 
+    /// The number of triangles in all clusters.
+    pub fn triangle_count(&self) -> usize {
+        self.order.len()
+    }
+
     /// The number of size classes that the primitives fell into; 0 for an empty scene.
     pub fn class_count(&self) -> u32 {
         self.class_count

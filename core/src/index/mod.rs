@@ -19,8 +19,7 @@ mod queries;
 mod ray_index;
 mod registry;
 pub mod select;
-#[cfg(feature = "wide-bvh")]
-mod sliced;
+mod stepwise;
 mod stored;
 
 use core::marker::PhantomData;
@@ -33,7 +32,9 @@ pub use queries::BATCH_SCRATCH;
 pub use ray_index::RayIndex;
 pub use registry::{AnyIndex, IndexKind};
 #[cfg(feature = "wide-bvh")]
-pub use sliced::SlicedBuild;
+pub use stepwise::SlicedBuild;
+use stepwise::is_in_pieces;
+pub use stepwise::{Piece, PiecewiseBuild};
 pub use stored::{Storage, Stored};
 
 use crate::cluster::{self, ClusterNode, ClusterTree, NodeId};

@@ -1,8 +1,8 @@
 //! Registry of all indices: an entry for each family. `IndexKind`, `AnyIndex` and their tables follow from it.
 
 use super::description::{Description, FAMILY, are_equal};
-use super::{Capacity, Index, RayIndex, scratch_with};
-use crate::cluster::ClusterTree;
+use super::{Capacity, Index, PiecewiseBuild, RayIndex, is_in_pieces, scratch_with};
+use crate::cluster::{ClusterTree, Clusters};
 use crate::error::{BuildError, OpenError};
 #[cfg(feature = "bsp-tree")]
 use crate::indices::BspTree;
@@ -201,6 +201,43 @@ macro_rules! registry {
                 match self {
                     $($(#[cfg($included)] Self::$variant => {
                         Index::<$representation$(<$local>)?>::capacity_with(scene, options, scratch, executor)
+                    })*)*
+                }
+            }
+
+            /// Tells whether the kind can be built [in pieces](PiecewiseBuild): whether each cluster has an index of its
+            /// own.
+            pub const fn is_built_in_pieces(self) -> bool {
+                match self {
+                    $($(#[cfg($included)] Self::$variant => {
+                        is_in_pieces::<$representation$(<$local>)?>()
+                    })*)*
+                }
+            }
+
+            /// The bytes of memory of a build in pieces; see [`PiecewiseBuild::memory_bytes`].
+            pub fn memory_in_pieces(self, clusters: &Clusters<'_>, options: &Options) -> usize {
+                match self {
+                    $($(#[cfg($included)] Self::$variant => {
+                        PiecewiseBuild::memory_bytes::<$representation$(<$local>)?>(clusters, options)
+                    })*)*
+                }
+            }
+
+            /// Begins a build in pieces; see [`PiecewiseBuild::new`].
+            ///
+            /// # Errors
+            /// The errors of [`PiecewiseBuild::new`].
+            pub fn build_in_pieces<'a, 's>(
+                self,
+                scene: &Scene<'a>,
+                options: &Options,
+                clusters: &'s Clusters<'s>,
+                memory: &'s mut [u8],
+            ) -> Result<PiecewiseBuild<'a, 's>, BuildError> {
+                match self {
+                    $($(#[cfg($included)] Self::$variant => {
+                        PiecewiseBuild::new::<$representation$(<$local>)?>(scene, options, clusters, memory)
                     })*)*
                 }
             }

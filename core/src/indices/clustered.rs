@@ -28,6 +28,7 @@ impl<S: Structure> Representation for Clustered<S> {
 
 impl<L: LocalIndex> Structure for L {
     const READS_TREE: bool = false;
+    const IN_PIECES: bool = true;
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
         L::scratch_bytes(triangle_count, options)
@@ -53,6 +54,15 @@ impl<L: LocalIndex> Structure for L {
             }
         }
         Ok(())
+    }
+
+    fn build_cluster(
+        cluster: &Group<'_>,
+        options: &Options,
+        words: &mut Words<'_>,
+        scratch: &mut [u8],
+    ) -> Result<(), BuildError> {
+        L::build(cluster, options, words, scratch)
     }
 
     #[inline]

@@ -93,6 +93,8 @@ pub trait Structure: Described {
     /// True if `build` reads the cluster tree. If false, a dry run makes no tree, and [`DividedScene::nodes`] is empty
     /// in it.
     const READS_TREE: bool = true;
+    /// True if each cluster has words of its own, which [`Structure::build_cluster`] writes.
+    const IN_PIECES: bool = false;
 
     /// Bounds the scratch bytes that the build for `triangle_count` triangles needs, whatever the clusters.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
@@ -110,6 +112,19 @@ pub trait Structure: Described {
         scratch: &mut [u8],
         executor: &impl Executor,
     ) -> Result<(), BuildError>;
+
+    /// Writes the words of one cluster, for a [build in pieces](crate::PiecewiseBuild).
+    ///
+    /// # Errors
+    /// [`BuildError::NotInPieces`] if the words are those of all clusters together; the errors of the build.
+    fn build_cluster(
+        _cluster: &Group<'_>,
+        _options: &Options,
+        _words: &mut Words<'_>,
+        _scratch: &mut [u8],
+    ) -> Result<(), BuildError> {
+        Err(BuildError::NotInPieces { kind: Self::HIERARCHY_NAME })
+    }
 
     /// Shows `query` the triangles near its ray, until the query knows the answer.
     fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q);

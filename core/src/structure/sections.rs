@@ -53,6 +53,9 @@ struct Header {
     zero: [u32; 7],
 }
 
+/// The bytes of a header.
+pub(crate) const HEADER_BYTES: usize = size_of::<Header>();
+
 impl Header {
     /// Reads the header, and checks alignment, magic number, byte order and version.
     fn read(bytes: &[u8]) -> Result<Self, OpenError> {

@@ -27,8 +27,8 @@ use arboleda_wasm as _;
 use arboleda::custom::{RaySpan, kernel, may_overlap};
 use arboleda::kinds::{Clustered, Octree};
 use arboleda::{
-    Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, Ray, SlicedBuild, Stored, Triangle,
-    Vec3, clusters as cluster, intersect, select,
+    Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, PiecewiseBuild, Ray, SlicedBuild, Stored,
+    Triangle, Vec3, clusters as cluster, intersect, select,
 };
 
 use input::{Build, MeshParts, RayNumbers, Slice, kind, read, scene};
@@ -105,6 +105,49 @@ pub unsafe extern "C" fn prove_build_in_slices(input: Build, looks: usize) -> us
     }
     match build.finish() {
         Ok(index) => index.as_bytes().len() + needed,
+        Err(error) => message(error),
+    }
+}
+
+/// Finds clusters, and builds a hierarchy over them in pieces.
+///
+/// # Safety
+/// Each slice must fulfil the conditions of [`Slice::get`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn prove_build_in_pieces(input: Build, room: Slice<u8>) -> usize {
+    let Some(kind) = kind(input.kind) else {
+        return 0;
+    };
+    let options = input.options;
+    // SAFETY: the caller fulfils the conditions of `Slice::get`.
+    let (scene, memory, scratch, room) = unsafe {
+        let scene = scene(&input);
+        (scene, input.arena.get(), input.scratch.get(), room.get())
+    };
+    let clusters = match cluster::find(&scene, &options, scratch) {
+        Ok(clusters) => clusters,
+        Err(error) => return message(error),
+    };
+    let needed = kind.memory_in_pieces(&clusters, &options);
+    let build = match kind.build_in_pieces(&scene, &options, &clusters, memory) {
+        Ok(build) => build,
+        Err(error) => return message(error),
+    };
+    all_pieces(build, room) + needed
+}
+
+fn all_pieces(mut build: PiecewiseBuild<'_, '_>, room: &mut [u8]) -> usize {
+    let mut sum = build.triangles_offset();
+    loop {
+        match build.build_next(room) {
+            Ok(Some(piece)) => sum ^= piece.offset ^ piece.bytes.len(),
+            Ok(None) => break,
+            Err(error) => return message(error),
+        }
+    }
+    sum ^= build.length() ^ build.progress().1 ^ build.steps() as usize;
+    match build.finish() {
+        Ok(pieces) => pieces.iter().fold(sum, |sum, piece| sum ^ piece.offset ^ piece.bytes.len()),
         Err(error) => message(error),
     }
 }
