@@ -81,6 +81,12 @@ pub enum SceneError {
         /// Reason of the crate.
         source: tobj::LoadError,
     },
+    /// A folder has no scene files.
+    #[error("{}: no scene files (.obj, .ply, .stl, .gltf, .glb) in it", folder.display())]
+    NoSceneFiles {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// No built-in scene has this name.
     #[error("there is no built-in scene `{name}`; there are: {}", super::builtin::list())]
     UnknownScene {

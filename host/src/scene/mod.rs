@@ -1,7 +1,7 @@
 //! Sources of triangles: scene files, the paper's scenes, generated cities.
 //!
 //! ```text
-//! formats (a file) -> surface -> polygon --\
+//! formats (a file) -> surface -> polygon --\   files: several, one after another
 //! generated (functions) -> builtin (names) -+-> Model -> light (adds one above a model that has none)
 //! ```
 //! census and closed inspect a model: shared vertices, triangles without area, closed meshes.
@@ -11,6 +11,7 @@ mod census;
 pub mod closed;
 mod column;
 mod error;
+mod files;
 pub mod formats;
 mod generated;
 mod light;
@@ -21,6 +22,7 @@ mod surface;
 pub use census::Census;
 pub use column::Column;
 pub use error::{LineProblem, SceneError};
+pub use files::SceneFiles;
 pub use formats::load;
 pub use generated::{city, mixed, paper, shapes, sized, teapot};
 pub use light::UpAxis;

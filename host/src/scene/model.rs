@@ -138,6 +138,29 @@ impl Model {
         }
     }
 
+    /// Appends all triangles, objects and lights of another model, whose ids and numbers follow those of this one. The
+    /// other's name and origin are dropped.
+    pub fn append(&mut self, other: Self) {
+        let (triangle, object) = (self.triangles.len() as u32, self.object_names.len() as u32);
+        let grey = |shares: &[f32]| shares.iter().map(|&share| [share; 3]).collect::<Vec<_>>();
+        if !(self.colours.is_empty() && other.colours.is_empty()) {
+            if self.colours.is_empty() {
+                self.colours = grey(&self.reflectance);
+            }
+            let is_grey = other.colours.is_empty();
+            self.colours.extend(if is_grey { grey(&other.reflectance) } else { other.colours });
+        }
+        self.triangles.extend(other.triangles);
+        self.objects.extend(other.objects.iter().map(|number| object + number));
+        self.object_names.extend(other.object_names);
+        self.reflectance.extend(other.reflectance);
+        self.lights.extend(other.lights);
+        let emitters = other.emitters.into_iter();
+        self.emitters.extend(
+            emitters.map(|light| FaceLight { triangle: triangle + light.triangle, ..light }),
+        );
+    }
+
     /// Returns the shares of red, green and blue that a triangle reflects; 0 if no triangle has this id.
     pub fn colour(&self, id: u32) -> [f32; 3] {
         let grey = || self.reflectance.get(id as usize).map_or([0.0; 3], |&share| [share; 3]);

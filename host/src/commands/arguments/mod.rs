@@ -18,16 +18,17 @@ use super::output::bytes;
 use crate::bench::plan::{Effort, Share};
 use crate::bench::progress::during;
 use crate::index::kind_by_name;
-use crate::scene::{self, Model, Origin, UpAxis};
+use crate::scene::{self, Model, Origin, SceneFiles, UpAxis};
 use crate::{Threads, TimedIndex, select_index};
 use values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
 
 /// Arguments that name a scene.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArguments {
-    /// Scene file: OBJ, PLY, STL or glTF (.gltf, .glb); for `cast` and `inspect` also an index, .arb
+    /// Scene file: OBJ, PLY, STL or glTF (.gltf, .glb); for `cast` and `inspect` also an index, .arb. Several files, or
+    /// a folder of them (sorted by path, with its folders), are one scene, as if they stood one after another
     #[arg(value_name = "SCENE", conflicts_with = "scene")]
-    file: Option<PathBuf>,
+    files: Vec<PathBuf>,
     /// Built-in scene, in place of a file: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N or city-N,
     /// with about N triangles
     #[arg(long, value_name = "NAME")]
@@ -62,8 +63,13 @@ impl SceneArguments {
     /// If options are given that say how to load a scene or how to build an index.
     pub fn index_file(&self, build: &BuildArguments) -> anyhow::Result<Option<&Path>> {
         let ends = |path: &&Path| path.extension().is_some_and(|it| it.eq_ignore_ascii_case("arb"));
-        let path = self.file.as_deref().filter(ends);
+        let path = self.files.iter().map(PathBuf::as_path).find(ends);
         if let Some(path) = path {
+            anyhow::ensure!(
+                self.files.len() == 1,
+                "{} is an index, and not a file of a scene: name it alone",
+                path.display()
+            );
             anyhow::ensure!(
                 self.origin.get() == Origin::Unchanged && build.is_default(),
                 "{} is an index already: --origin and options of builds are for `pack`",
@@ -73,9 +79,9 @@ impl SceneArguments {
         Ok(path)
     }
 
-    /// Names another file of the scene.
+    /// Names another file, or folder, of the scene.
     pub fn move_to(&mut self, path: &Path) {
-        (self.file, self.scene) = (Some(path.to_owned()), None);
+        (self.files, self.scene) = (vec![path.to_owned()], None);
     }
 
     /// Loads the file and logs its warnings, or makes the built-in scene.
@@ -86,14 +92,27 @@ impl SceneArguments {
         during("loading", || self.load_unwatched())
     }
 
+    /// Lists the files of the scene; none if it is built in. With the origin to subtract.
+    ///
+    /// # Errors
+    /// If a folder cannot be read, or has no scene files.
+    pub fn scene_files(&self) -> anyhow::Result<Option<(SceneFiles, Origin)>> {
+        if self.files.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some((SceneFiles::list(&self.files)?, self.origin.get())))
+    }
+
     fn load_unwatched(&self) -> anyhow::Result<Model> {
-        match (&self.file, &self.scene) {
-            (Some(path), _) => Ok(scene::load(path, self.origin.get())?),
-            (None, Some(_)) if self.origin.get() != Origin::Unchanged => {
+        if let Some((files, origin)) = self.scene_files()? {
+            return Ok(files.load(origin)?);
+        }
+        match &self.scene {
+            Some(_) if self.origin.get() != Origin::Unchanged => {
                 anyhow::bail!("--origin is for scene files; built-in scenes lose no digits")
             }
-            (None, Some(name)) => Ok(scene::builtin::require(name)?),
-            (None, None) => {
+            Some(name) => Ok(scene::builtin::require(name)?),
+            None => {
                 let names = scene::builtin::names().collect::<Vec<_>>().join(", ");
                 anyhow::bail!("name a scene: a file, or --scene with one of {names}")
             }
@@ -155,6 +174,11 @@ impl BuildArguments {
     /// Tells whether no option was given another value than its default.
     pub fn is_default(&self) -> bool {
         !self.objects && self.options() == Options::default()
+    }
+
+    /// Tells whether clusters are found among whole objects.
+    pub fn by_objects(&self) -> bool {
+        self.objects
     }
 
     /// Makes the scene of a model whose primitives are triangles, or objects with `--objects`.

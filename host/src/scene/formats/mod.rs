@@ -28,11 +28,7 @@ pub type Companions<'c> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'c;
 /// # Errors
 /// [`SceneError::Unreadable`], and those of [`read`] and [`Surface::place`].
 pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
-    let bytes =
-        fs::read(path).map_err(|source| SceneError::Unreadable { file: path.into(), source })?;
-    let surface = read(&bytes, path, &|companion| fs::read(companion))?;
-    drop(bytes);
-    let import = surface.place(origin)?;
+    let import = read_file(path)?.place(origin)?;
     for warning in &import.warnings {
         log::warn!("{warning}");
     }
@@ -44,6 +40,16 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
         );
     }
     Ok(import.model)
+}
+
+/// Reads a scene file of any known format.
+///
+/// # Errors
+/// [`SceneError::Unreadable`], and those of [`read`].
+pub fn read_file(path: &Path) -> Result<Surface, SceneError> {
+    let bytes =
+        fs::read(path).map_err(|source| SceneError::Unreadable { file: path.into(), source })?;
+    read(&bytes, path, &|companion| fs::read(companion))
 }
 
 /// Reads the bytes of a scene file of any known format.

@@ -10,14 +10,17 @@ mod material;
 mod origin;
 mod place;
 mod precision;
+mod rounding;
 
 use std::path::PathBuf;
 
 use super::SceneError;
 pub use material::DEFAULT_REFLECTANCE;
 pub(in crate::scene) use material::Material;
+pub(in crate::scene) use origin::Extent;
 pub use origin::{NotAnOrigin, Origin};
 pub use place::Import;
+pub(in crate::scene) use rounding::RoundingLoss;
 
 /// Polygons of a scene file.
 ///
@@ -127,6 +130,13 @@ impl Surface {
     /// Returns the positions of all vertices in the file's coordinates. Some may not be finite.
     pub fn vertices(&self) -> &[[f64; 3]] {
         &self.positions
+    }
+
+    /// Adds the vertices of faces to an extent.
+    pub(super) fn extend(&self, extent: &mut Extent) {
+        for &corner in &self.corners {
+            extent.add(&self.positions[corner as usize]);
+        }
     }
 
     /// Iterates over the faces in the order of the file. A face is three or more indices into

@@ -46,22 +46,57 @@ impl Origin {
         match self {
             Self::Unchanged => [0.0; 3],
             Self::At(point) => point,
-            Self::Automatic => middle(positions),
+            Self::Automatic => {
+                let mut extent = Extent::default();
+                positions.for_each(|position| extent.add(position));
+                extent.middle()
+            }
         }
     }
 }
 
-/// Computes the centre of the bounding box of all points within the range of `f32`. The centre is rounded to a power of
-/// ten of at most a tenth of the box's longest side, so that it is short to write.
-fn middle<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
-    let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let most = f64::from(f32::MAX);
-    for position in positions.filter(|position| position.iter().all(|x| x.abs() <= most)) {
-        for axis in 0..3 {
-            lo[axis] = lo[axis].min(position[axis]);
-            hi[axis] = hi[axis].max(position[axis]);
+/// Bounding box of points within the range of `f32`; others are ignored.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::scene) struct Extent {
+    lo: [f64; 3],
+    hi: [f64; 3],
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] }
+    }
+}
+
+impl Extent {
+    /// Adds a point.
+    pub fn add(&mut self, position: &[f64; 3]) {
+        let most = f64::from(f32::MAX);
+        if position.iter().all(|x| x.abs() <= most) {
+            let sides = self.lo.iter_mut().zip(&mut self.hi);
+            for ((lo, hi), &x) in sides.zip(position) {
+                *lo = lo.min(x);
+                *hi = hi.max(x);
+            }
         }
     }
+
+    /// Computes the centre, rounded to a power of ten of at most a tenth of the longest side, so that it is short to
+    /// write.
+    pub fn middle(&self) -> [f64; 3] {
+        middle(self.lo, self.hi)
+    }
+
+    /// Computes the largest distance of a coordinate from those of a point.
+    pub fn farthest_from(&self, point: [f64; 3]) -> f64 {
+        let of_axis = |axis: usize| {
+            (self.lo[axis] - point[axis]).abs().max((self.hi[axis] - point[axis]).abs())
+        };
+        (0..3).map(of_axis).fold(0.0, f64::max)
+    }
+}
+
+fn middle(lo: [f64; 3], hi: [f64; 3]) -> [f64; 3] {
     if lo[0] > hi[0] {
         return [0.0; 3];
     }

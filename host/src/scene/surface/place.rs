@@ -4,6 +4,7 @@ use arboleda::{Triangle, Vec3};
 
 use super::Material;
 use super::origin::{Origin, Written};
+use super::rounding::RoundingLoss;
 use super::{Surface, precision};
 use crate::scene::polygon::{Divider, PolygonDivision};
 use crate::scene::{FaceLight, LitSides, Model, SceneError};
@@ -24,12 +25,34 @@ impl Surface {
     ///
     /// # Errors
     /// [`SceneError::NoFiniteFaces`] if all faces are omitted.
-    pub fn place(mut self, origin: Origin) -> Result<Import, SceneError> {
+    pub fn place(self, origin: Origin) -> Result<Import, SceneError> {
+        let used = self.corners.iter().map(|&corner| &self.positions[corner as usize]);
+        let point = origin.point(used);
+        self.place_at(point, None)
+    }
+
+    /// Converts one of several files of a scene, as [`place`](Self::place) does, with the origin of the scene. What is
+    /// lost by rounding is gathered, to be judged for the whole scene.
+    ///
+    /// # Errors
+    /// [`SceneError::NoFiniteFaces`] if all faces of the file are omitted.
+    pub(in crate::scene) fn place_part(
+        self,
+        origin: [f64; 3],
+        loss: &mut RoundingLoss,
+    ) -> Result<Import, SceneError> {
+        self.place_at(origin, Some(loss))
+    }
+
+    fn place_at(
+        mut self,
+        origin: [f64; 3],
+        loss: Option<&mut RoundingLoss>,
+    ) -> Result<Import, SceneError> {
         let title = self.file.file_stem().unwrap_or(self.file.as_os_str()).to_string_lossy();
         let mut model = Model::named(title);
         model.object_names = std::mem::take(&mut self.object_names);
-        let used = self.corners.iter().map(|&corner| &self.positions[corner as usize]);
-        model.origin = origin.point(used);
+        model.origin = origin;
 
         // 1. Vertices.
         let vertices: Vec<Vec3> = self
@@ -99,7 +122,9 @@ impl Surface {
                 "{crossing} polygons cross themselves; each was divided into a fan from its first corner"
             ));
         }
-        if let Some(warning) = precision::warning(&self, model.origin) {
+        if let Some(loss) = loss {
+            loss.add(&self, model.origin);
+        } else if let Some(warning) = precision::warning(&self, model.origin) {
             self.warn(warning);
         }
         Ok(Import { model, warnings: self.warnings })

@@ -9,7 +9,7 @@ use super::origin::{Origin, Written};
 
 /// Largest loss without a warning, as a share of the median edge. It is far below what the eye sees and what surveys
 /// measure, and far above the loss of decimals in files of usual extent, one part in ten million.
-const TOLERATED_SHARE: f64 = 1e-4;
+pub(super) const TOLERATED_SHARE: f64 = 1e-4;
 
 /// Displacement of the vertices of faces by rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ pub(super) fn warning(surface: &Surface, origin: [f64; 3]) -> Option<String> {
     ))
 }
 
-fn used_vertices(surface: &Surface) -> Vec<bool> {
+pub(super) fn used_vertices(surface: &Surface) -> Vec<bool> {
     let mut used = vec![false; surface.positions.len()];
     for &corner in &surface.corners {
         used[corner as usize] = true;
@@ -68,18 +68,14 @@ fn used_vertices(surface: &Surface) -> Vec<bool> {
     used
 }
 
-fn of<'s>(surface: &'s Surface, used: &'s [bool]) -> impl Iterator<Item = &'s [f64; 3]> {
+pub(super) fn of<'s>(surface: &'s Surface, used: &'s [bool]) -> impl Iterator<Item = &'s [f64; 3]> {
     surface.positions.iter().zip(used).filter(|(_, used)| **used).map(|(position, _)| position)
 }
 
 fn loss(surface: &Surface, used: &[bool], origin: [f64; 3], tolerated: f64) -> Loss {
     let mut loss = Loss { moved: 0, vertices: 0, farthest: 0.0 };
     for position in of(surface, used) {
-        let mut farthest = 0.0_f64;
-        for axis in 0..3 {
-            let exact = position[axis] - origin[axis];
-            farthest = farthest.max((exact - f64::from(exact as f32)).abs());
-        }
+        let farthest = displacement(position, origin);
         // Vertices that are not finite are left to `Surface::place`, which warns of them.
         if farthest.is_finite() {
             loss.vertices += 1;
@@ -90,10 +86,30 @@ fn loss(surface: &Surface, used: &[bool], origin: [f64; 3], tolerated: f64) -> L
     loss
 }
 
+/// Computes the largest displacement of a vertex along an axis by rounding.
+pub(super) fn displacement(position: &[f64; 3], origin: [f64; 3]) -> f64 {
+    let of_axis = |axis: usize| {
+        let exact = position[axis] - origin[axis];
+        (exact - f64::from(exact as f32)).abs()
+    };
+    (0..3).map(of_axis).fold(0.0, f64::max)
+}
+
 /// Computes the median length of the edges of positive, finite length.
 fn median_edge(surface: &Surface) -> Option<f64> {
     // Stored as f32, because there are millions of lengths and the median needs few digits.
     let mut lengths: Vec<f32> = Vec::with_capacity(surface.corners.len());
+    for_each_edge(surface, |length| lengths.push(length));
+    let middle = lengths.len() / 2;
+    if lengths.is_empty() {
+        return None;
+    }
+    let (_, median, _) = lengths.select_nth_unstable_by(middle, f32::total_cmp);
+    Some(f64::from(*median))
+}
+
+/// Calls `take` with the length of each edge of positive, finite length.
+pub(super) fn for_each_edge(surface: &Surface, mut take: impl FnMut(f32)) {
     for face in surface.faces() {
         let mut before = surface.positions[face[face.len() - 1] as usize];
         for &corner in face {
@@ -101,15 +117,9 @@ fn median_edge(surface: &Surface) -> Option<f64> {
             let squares = [0, 1, 2].map(|axis| (here[axis] - before[axis]).powi(2));
             let length = (squares[0] + squares[1] + squares[2]).sqrt() as f32;
             if length > 0.0 && length.is_finite() {
-                lengths.push(length);
+                take(length);
             }
             before = here;
         }
     }
-    let middle = lengths.len() / 2;
-    if lengths.is_empty() {
-        return None;
-    }
-    let (_, median, _) = lengths.select_nth_unstable_by(middle, f32::total_cmp);
-    Some(f64::from(*median))
 }
