@@ -19,6 +19,7 @@
 )]
 
 pub mod bench;
+pub mod bounded;
 pub mod commands;
 pub mod contenders;
 pub mod density;

@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use arboleda::AnyIndex;
-use arboleda::Statistics;
+use anyhow::Context;
+use arboleda::{AnyIndex, BuildError, IndexKind, Statistics};
 use clap::Args;
 
-use super::arguments::values::file_ending_in;
-use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index};
+use super::arguments::values::{file_ending_in, whole};
+use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index, unbuilt};
 use super::output::{bytes, count, say};
 use crate::bench::progress::during;
+use crate::bounded::BoundedPack;
 use crate::files::output::{check_writable, write_file};
 use crate::{IndexFile, PackedScene, Threads, scene_path};
 
@@ -36,6 +37,11 @@ pub struct Pack {
     index: IndexChoice,
     #[command(flatten)]
     build: BuildArguments,
+    /// Keep the memory of the program below this many bytes, as in 1500M or 1.5G: the scene's files are read one after
+    /// the other, and triangles, tables and index lie in temporary files beside the index. The bytes written are the
+    /// same. With it, `--index auto` is octree-hierarchy
+    #[arg(long, value_name = "BYTES", value_parser = whole::<u64>(1..=u64::MAX))]
+    memory: Option<u64>,
 }
 
 impl Pack {
@@ -45,6 +51,9 @@ impl Pack {
     /// If the scene cannot be loaded, the index cannot be built, or the file cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
         check_writable(&self.out)?;
+        if let Some(memory) = self.memory {
+            return self.run_within(memory);
+        }
         if !self.index_only {
             check_writable(&scene_path(&self.out))?;
         }
@@ -60,13 +69,50 @@ impl Pack {
             log::info!("its scene: {}", scene_path(&self.out).display());
         }
         describe_index(&self.out, &index, &index.check()?);
-        if self.index_only && model.origin != [0.0; 3] {
-            let [x, y, z] = model.origin;
-            log::warn!(
-                "the file does not hold the origin {x},{y},{z}: subtract it from the origins of rays"
-            );
+        if self.index_only {
+            warn_of_origin(model.origin);
         }
         Ok(())
+    }
+
+    /// Packs the files of a scene within `memory` bytes.
+    fn run_within(&self, memory: u64) -> anyhow::Result<()> {
+        let files = self.scene.scene_files()?;
+        let (files, origin) =
+            files.context("--memory is for scene files: a built-in scene is made in memory")?;
+        anyhow::ensure!(
+            !self.index.is_all(),
+            "--index all is for comparisons: name one index, or auto"
+        );
+        let kind = self.index.named().unwrap_or_else(|| {
+            log::info!("octree-hierarchy, which is built cluster by cluster; --index names others");
+            IndexKind::OctreeHierarchy
+        });
+        let pack = BoundedPack {
+            files: &files,
+            origin,
+            kind,
+            options: self.build.options(),
+            by_objects: self.build.by_objects(),
+            memory,
+        };
+        let packed =
+            pack.run(&self.out, &mut |index, parts| describe_index(&self.out, index, parts));
+        let packed = packed.map_err(|error| match error.downcast_ref::<BuildError>() {
+            Some(build) => unbuilt(build).context(format!("cannot build {}", kind.name())),
+            None => error,
+        })?;
+        warn_of_origin(packed.origin);
+        Ok(())
+    }
+}
+
+fn warn_of_origin(origin: [f64; 3]) {
+    if origin != [0.0; 3] {
+        let [x, y, z] = origin;
+        log::warn!(
+            "the file does not hold the origin {x},{y},{z}: subtract it from the origins of rays"
+        );
     }
 }
 

@@ -49,16 +49,39 @@ pub fn write_file(
         Target::Regular { file, folder } => {
             let part = temporary(&folder).with_context(|| cannot_write(path))?;
             filled(part.as_file()).with_context(|| cannot_write(path))?;
-            // The new file gets the permissions of the one that it replaces.
-            if let Ok(replaced) = fs::metadata(&file) {
-                part.as_file()
-                    .set_permissions(replaced.permissions())
-                    .with_context(|| cannot_write(path))?;
-            }
-            part.persist(&file).map_err(|error| error.error).with_context(|| cannot_write(path))?;
-            Ok(())
+            persist(part, &file).with_context(|| cannot_write(path))
         }
     }
+}
+
+/// Makes a new file beside another, lets `fill` fill it in any order, and replaces the other by it. `fill` also receives
+/// the folder, for temporary files.
+///
+/// # Errors
+/// The errors of [`check_writable`] and of `fill`; fails for a pipe or a device, which can only be written in order.
+pub fn replace_file(
+    path: &Path,
+    fill: impl FnOnce(&File, &Path) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    match Target::of(path)? {
+        Target::Stream => bail!("{}: it is a pipe or a device, not a file", cannot_write(path)),
+        Target::Regular { file, folder } => {
+            let part = temporary(&folder).with_context(|| cannot_write(path))?;
+            fill(part.as_file(), &folder).map_err(|error| {
+                let is_of_files = error.is::<io::Error>();
+                if is_of_files { error.context(cannot_write(path)) } else { error }
+            })?;
+            persist(part, &file).with_context(|| cannot_write(path))
+        }
+    }
+}
+
+/// Gives a temporary file the name of a file that it replaces, and its permissions.
+fn persist(part: NamedTempFile, file: &Path) -> io::Result<()> {
+    if let Ok(replaced) = fs::metadata(file) {
+        part.as_file().set_permissions(replaced.permissions())?;
+    }
+    part.persist(file).map(drop).map_err(|error| error.error)
 }
 
 /// Writes values as a `.npy` array; the product of `shape` is the number of values.

@@ -1,0 +1,22 @@
+//! Builds within a stated memory, of scenes and indices that are larger: everything large lies in mapped files.
+//!
+//! ```text
+//! scene files --stream--> triangles (file) --clusters--> scratch (file) --pieces--> index (file), renamed at the end
+//!      one at a time            \------------- a pager keeps resident pages below the memory -------------/
+//! ```
+//! - The algorithms are those of every build, and so are the bytes. They work in memory that is a mapped file, of which
+//!   the system keeps in RAM what is used.
+//! - A pager watches the resident memory of the process, mapped pages included, and gives pages back to the system
+//!   before the limit is reached. What they hold stays in the file.
+//! - Files of scenes are read one at a time, so the largest must fit.
+
+mod mapped;
+mod pack;
+mod pager;
+mod reading;
+mod triangles;
+
+pub use pack::{BoundedPack, Packed};
+
+use mapped::{Scratch, View};
+use pager::{Pager, Watched};

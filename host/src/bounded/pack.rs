@@ -1,0 +1,257 @@
+//! Index of scene files to a file, within a stated memory.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use anyhow::{Context, bail, ensure};
+use arboleda::clusters;
+use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene, Statistics, Triangle};
+
+use super::pager::LEAST_MARGIN;
+use super::triangles::{Written, stream};
+use super::{Pager, Scratch, View, reading};
+use crate::Threads;
+use crate::bench::progress::{during, with_bar};
+use crate::files::output::replace_file;
+use crate::scene::{Origin, SceneFiles};
+
+/// Memory that the program takes beside what reading takes: at most 60 MB of its own, the pager's margin, and 140 MB of
+/// mapped pages, below which they would be given back all the time.
+const BASE: u64 = 200_000_000 + LEAST_MARGIN;
+/// Bytes of room for the words of a cluster, for each of its triangles; more is asked for where it is not enough.
+const ROOM_PER_TRIANGLE: usize = 16;
+/// Least room for the words of a cluster.
+const LEAST_ROOM: usize = 1 << 20;
+/// Bytes of words of a hierarchy for each triangle, roughly, for what is told beforehand.
+const WORD_BYTES: usize = 8;
+/// Bytes of an index for each triangle, roughly, for what is told beforehand.
+const INDEX_BYTES: usize = 50;
+/// Bytes of the header of an index, behind which its triangles lie.
+const HEADER: usize = 64;
+
+/// Packs the index of scene files within a stated memory.
+pub struct BoundedPack<'p> {
+    /// Files of the scene.
+    pub files: &'p SceneFiles,
+    /// Point that is subtracted from all coordinates.
+    pub origin: Origin,
+    /// Kind of the index.
+    pub kind: IndexKind,
+    /// Options of the build.
+    pub options: Options,
+    /// True if clusters are found among whole objects.
+    pub by_objects: bool,
+    /// Most resident bytes of the process.
+    pub memory: u64,
+}
+
+/// Result of a bounded pack.
+pub struct Packed {
+    /// Point that was subtracted from all coordinates.
+    pub origin: [f64; 3],
+}
+
+/// Function that shows the finished index.
+pub type Show<'s> = dyn FnMut(&AnyIndex<'_>, &Statistics) + 's;
+
+impl BoundedPack<'_> {
+    /// Checks that the memory is enough.
+    fn check_memory(&self) -> anyhow::Result<()> {
+        let largest = reading::largest(self.files.paths())?;
+        let least = BASE.saturating_add(largest.bytes);
+        ensure!(
+            self.memory >= least,
+            "--memory {} is too small: {least} is the least that would do, {} of it to read {}",
+            self.memory,
+            largest.bytes,
+            largest.path.display()
+        );
+        Ok(())
+    }
+
+    /// Builds the index and writes it to a file, which is replaced when all is done. `show` sees the finished index.
+    ///
+    /// # Errors
+    /// If the memory is too small, a file cannot be read, the index cannot be built, or the disk is full. The old file
+    /// then stays, and temporary files are removed.
+    pub fn run(&self, out: &Path, show: &mut Show<'_>) -> anyhow::Result<Packed> {
+        self.check_memory()?;
+        let mut origin = [0.0; 3];
+        replace_file(out, |file, folder| {
+            let pager = Pager::start(self.memory);
+            let work = Work { pack: self, pager: &pager, folder };
+            let written =
+                if self.kind.is_built_in_pieces() { work.pieces(file)? } else { work.whole(file)? };
+            origin = written.origin;
+            // What was built is validated, as every index that is opened.
+            let length = usize::try_from(file.metadata()?.len())?;
+            let view = View::new(file, 0, length, &pager)?;
+            let (index, statistics) =
+                during("validating", || AnyIndex::from_bytes_counted(view.bytes()))?;
+            show(&index, &statistics);
+            Ok(())
+        })?;
+        Ok(Packed { origin })
+    }
+}
+
+/// Work of a pack, and where its temporary files lie.
+struct Work<'w> {
+    pack: &'w BoundedPack<'w>,
+    pager: &'w Pager,
+    folder: &'w Path,
+}
+
+impl Work<'_> {
+    /// Builds a hierarchy piece by piece. The triangles go to their section of the index at once.
+    fn pieces(&self, mut out: &File) -> anyhow::Result<Written> {
+        let BoundedPack { kind, options, .. } = *self.pack;
+        // 1. The triangles.
+        out.write_all(&[0; HEADER])?;
+        let (written, objects) = self.stream(out)?;
+        let count = written.count;
+        let triangles = View::new(out, HEADER, count * size_of::<Triangle>(), self.pager)?;
+        let scene = scene_of(&triangles, objects.as_ref())?;
+
+        // 2. The clusters.
+        let scratch_bytes = clusters::scratch_capacity(count);
+        self.tell_need(count, scratch_bytes, count * WORD_BYTES)?;
+        let mut scratch = self.scratch(scratch_bytes)?;
+        let found = during("finding clusters", || {
+            clusters::find_with(&scene, &options, scratch.bytes(), &threads())
+        });
+        let found = found?;
+
+        // 3. The words of each cluster, behind the triangles and the cluster tree.
+        let mut memory = self.scratch(kind.memory_in_pieces(&found, &options))?;
+        let mut build = kind.build_in_pieces(&scene, &options, &found, memory.bytes())?;
+        let largest = found.iter().map(<[u32]>::len).max().unwrap_or(0);
+        let mut room = self.scratch(LEAST_ROOM.max(largest * ROOM_PER_TRIANGLE))?;
+        out.set_len(build.length() as u64)?;
+        out.seek(SeekFrom::Start(build.length() as u64))?;
+        let mut writer = BufWriter::with_capacity(1 << 20, out);
+        with_bar(found.count() as u64, kind.name(), |tick| -> anyhow::Result<()> {
+            loop {
+                let needed = match build.build_next(room.bytes()) {
+                    Ok(Some(piece)) => {
+                        writer.write_all(piece.bytes)?;
+                        tick();
+                        continue;
+                    }
+                    Ok(None) => return Ok(()),
+                    Err(BuildError::ArenaFull { needed, .. }) => needed,
+                    Err(error) => return Err(error.into()),
+                };
+                room = self.scratch(needed)?;
+            }
+        })?;
+
+        // 4. The cluster tree, and the header last.
+        for piece in build.finish()? {
+            writer.seek(SeekFrom::Start(piece.offset as u64))?;
+            writer.write_all(piece.bytes)?;
+        }
+        writer.flush()?;
+        Ok(written)
+    }
+
+    /// Builds one index over all triangles, in mapped memory.
+    fn whole(&self, out: &File) -> anyhow::Result<Written> {
+        let BoundedPack { kind, options, .. } = *self.pack;
+        // 1. The triangles, to a file of their own.
+        let file = tempfile::tempfile_in(self.folder)?;
+        let (written, objects) = self.stream(&file)?;
+        let count = written.count;
+        let triangles = View::new(&file, 0, count * size_of::<Triangle>(), self.pager)?;
+        let scene = scene_of(&triangles, objects.as_ref())?;
+
+        // 2. Count the bytes of the index, and build it.
+        let scratch_bytes = kind.scratch_capacity(count, &options);
+        self.tell_need(count, scratch_bytes, count * INDEX_BYTES)?;
+        let mut scratch = self.scratch(scratch_bytes)?;
+        let threads = threads();
+        let capacity = during("measuring the index", || {
+            kind.capacity_with(&scene, &options, scratch.bytes(), &threads)
+        });
+        let capacity = capacity?;
+        let mut arena =
+            self.reserved(Scratch::over(out, capacity.index, self.pager), capacity.index)?;
+        during(&format!("building {}", kind.name()), || {
+            kind.build_with(&scene, &options, arena.bytes(), scratch.bytes(), &threads).map(drop)
+        })?;
+        Ok(written)
+    }
+
+    /// Streams the triangles to a file, and the numbers of their objects to another, if they are clustered.
+    fn stream(&self, triangles: &File) -> anyhow::Result<(Written, Option<View>)> {
+        let BoundedPack { files, origin, by_objects, .. } = *self.pack;
+        if !by_objects {
+            return Ok((stream(files, origin, triangles, None)?, None));
+        }
+        let file = tempfile::tempfile_in(self.folder)?;
+        let written = stream(files, origin, triangles, Some(&file))?;
+        if written.object_count > u32::MAX as usize {
+            bail!("{} objects are more than numbers of 32 bits can name", written.object_count);
+        }
+        let view = View::new(&file, 0, written.count * size_of::<u32>(), self.pager)?;
+        Ok((written, Some(view)))
+    }
+
+    /// Tells how much disk is needed beside the triangles, and stops if there is less.
+    fn tell_need(&self, count: usize, scratch: usize, index: usize) -> anyhow::Result<()> {
+        let megabytes = |bytes: usize| bytes.div_ceil(1_000_000);
+        let folder = self.folder.display();
+        let (temporary, more) = (megabytes(scratch), megabytes(index));
+        log::info!(
+            "{count} triangles; {temporary} MB of temporary files in {folder}, and about {more} MB more of the index"
+        );
+        if let Some(free) = free_bytes(self.folder) {
+            ensure!(
+                free >= scratch as u64,
+                "{folder} has {} MB free, and temporary files of {temporary} MB are needed",
+                free / 1_000_000
+            );
+        }
+        Ok(())
+    }
+
+    fn scratch(&self, bytes: usize) -> anyhow::Result<Scratch> {
+        self.reserved(Scratch::new(self.folder, bytes, self.pager), bytes)
+    }
+
+    fn reserved(&self, made: io::Result<Scratch>, bytes: usize) -> anyhow::Result<Scratch> {
+        let folder = self.folder.display();
+        made.with_context(|| format!("cannot make a file of {bytes} bytes in {folder}"))
+    }
+}
+
+/// Makes threads, few enough that they touch little between two looks of the pager.
+fn threads() -> Threads {
+    const MOST_THREADS: usize = 4;
+    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    Threads::new(Some(processors.min(MOST_THREADS)))
+}
+
+/// Bytes that are free on the disk of a folder; `None` where the system does not say.
+#[cfg(target_os = "linux")]
+fn free_bytes(folder: &Path) -> Option<u64> {
+    let disk = rustix::fs::statvfs(folder).ok()?;
+    disk.f_bavail.checked_mul(disk.f_frsize)
+}
+
+/// Bytes that are free on the disk of a folder; `None` where the system does not say.
+#[cfg(not(target_os = "linux"))]
+fn free_bytes(_: &Path) -> Option<u64> {
+    None
+}
+
+/// Makes the scene of mapped triangles and the numbers of their objects.
+fn scene_of<'v>(triangles: &'v View, objects: Option<&'v View>) -> anyhow::Result<Scene<'v>> {
+    let cast = |_| anyhow::anyhow!("mapped memory is not aligned");
+    let scene = Scene::new(bytemuck::try_cast_slice(triangles.bytes()).map_err(cast)?);
+    Ok(match objects {
+        Some(objects) => scene.objects(bytemuck::try_cast_slice(objects.bytes()).map_err(cast)?),
+        None => scene,
+    })
+}
