@@ -142,18 +142,19 @@ impl Model {
     /// other's name and origin are dropped.
     pub fn append(&mut self, other: Self) {
         let (triangle, object) = (self.triangles.len() as u32, self.object_names.len() as u32);
-        let grey = |shares: &[f32]| shares.iter().map(|&share| [share; 3]).collect::<Vec<_>>();
+        let grey = |shares: &[f32]| shares.iter().map(|&share| [share; 3]).collect::<Column<_>>();
         if !(self.colours.is_empty() && other.colours.is_empty()) {
             if self.colours.is_empty() {
                 self.colours = grey(&self.reflectance);
             }
             let is_grey = other.colours.is_empty();
-            self.colours.extend(if is_grey { grey(&other.reflectance) } else { other.colours });
+            let colours = if is_grey { grey(&other.reflectance) } else { other.colours };
+            self.colours.to_mut().extend_from_slice(&colours);
         }
-        self.triangles.extend(other.triangles);
-        self.objects.extend(other.objects.iter().map(|number| object + number));
+        self.triangles.to_mut().extend_from_slice(&other.triangles);
+        self.objects.to_mut().extend(other.objects.iter().map(|number| object + number));
         self.object_names.extend(other.object_names);
-        self.reflectance.extend(other.reflectance);
+        self.reflectance.to_mut().extend_from_slice(&other.reflectance);
         self.lights.extend(other.lights);
         let emitters = other.emitters.into_iter();
         self.emitters.extend(
