@@ -1,4 +1,4 @@
-//! All tests of the promises, in one program: fifteen would each be linked with everything below them.
+//! All tests of the promises, in one program: sixteen would each be linked with everything below them.
 //!
 //! `cargo test -p arboleda-tests determinism::` runs those of one file.
 
@@ -14,6 +14,7 @@ mod leaks;
 mod mesh;
 mod old_bytes;
 mod opening;
+mod pieces;
 mod selection;
 mod slices;
 mod special_rays;

@@ -27,8 +27,8 @@ use arboleda_wasm as _;
 use arboleda::custom::{RaySpan, kernel, may_overlap};
 use arboleda::kinds::{Clustered, Octree};
 use arboleda::{
-    Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, PiecewiseBuild, Ray, SlicedBuild, Stored,
-    Triangle, Vec3, clusters as cluster, intersect, select,
+    Aabb, AllHits, AnyIndex, Block, Counters, Hit, IndexKind, PiecewiseBuild, Ray, SlicedBuild,
+    Stored, Triangle, Vec3, clusters as cluster, intersect, select,
 };
 
 use input::{Build, MeshParts, RayNumbers, Slice, kind, read, scene};
