@@ -39,7 +39,7 @@ pub enum BuildError {
         /// The kind's name.
         kind: &'static str,
     },
-    /// The clusters are those of another scene.
+    /// The clusters are of another number of triangles than the scene, so they are those of another scene.
     OtherClusters {
         /// Triangles in the scene.
         triangles: usize,

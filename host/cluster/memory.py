@@ -3,8 +3,9 @@
 
     python memory.py --processes 4 -- arboleda shoot --index-file city.arb --photons 10M --threads 1
 
-Prints the largest of each process and of all moments: its own memory (Anonymous, which no other process has), its share
-of all (Pss), and all that it touches (Rss), of which the pages of files are shared. PID in the command is a number of the
+Looks each 20 ms, and prints the largest that it saw of each process: its own memory (Anonymous, which no other process
+has), the same with pages of files that it wrote and that are not on the disk yet (Private_Dirty), its share of all (Pss),
+and all that it touches (Rss), of which the pages of files are shared. PID in the command is a number of the
 process, so that each may write a file of its own.
 """
 

@@ -30,7 +30,7 @@ fn blocks(bytes: usize) -> Vec<Block> {
 
 /// All kinds that can be built in pieces.
 fn kinds() -> impl Iterator<Item = IndexKind> {
-    IndexKind::ALL.iter().copied().filter(|kind| kind.is_built_in_pieces())
+    IndexKind::ALL.iter().copied().filter(|kind| kind.can_be_built_in_pieces())
 }
 
 /// Builds in pieces, each in a room of `least` bytes or, if it is too small, of exactly what it needs. The pieces are
@@ -170,7 +170,7 @@ fn beside_a_mesh_there_are_no_triangles_in_the_pieces() {
 fn what_cannot_be_built_in_pieces_is_refused() {
     let triangles = scenes::soup(20, 1);
     let (scene, options) = (Scene::new(&triangles), Options::DEFAULT);
-    for &kind in IndexKind::ALL.iter().filter(|kind| !kind.is_built_in_pieces()) {
+    for &kind in IndexKind::ALL.iter().filter(|kind| !kind.can_be_built_in_pieces()) {
         let error = in_pieces(kind, &scene, &options, 0).err();
         assert_eq!(error, Some(BuildError::NotInPieces { kind: kind.name() }));
     }

@@ -207,7 +207,7 @@ macro_rules! registry {
 
             /// Tells whether the kind can be built [in pieces](PiecewiseBuild): whether each cluster has an index of its
             /// own.
-            pub const fn is_built_in_pieces(self) -> bool {
+            pub const fn can_be_built_in_pieces(self) -> bool {
                 match self {
                     $($(#[cfg($included)] Self::$variant => {
                         is_in_pieces::<$representation$(<$local>)?>()

@@ -81,13 +81,20 @@ impl View {
 fn reserve(file: &File, length: u64) -> io::Result<()> {
     use rustix::fs::{FallocateFlags, fallocate};
     use rustix::io::Errno;
-    // The pager's signals interrupt it.
-    let reserved =
-        rustix::io::retry_on_intr(|| fallocate(file, FallocateFlags::empty(), 0, length));
-    match reserved {
-        Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INVAL) => write_zeros(file, length),
-        reserved => Ok(reserved?),
+    // The pager's signals interrupt it, and some systems undo what is interrupted: a step is short.
+    const STEP: u64 = 16 << 20;
+    for start in (0..length).step_by(STEP as usize) {
+        let step = STEP.min(length - start);
+        let reserved =
+            rustix::io::retry_on_intr(|| fallocate(file, FallocateFlags::empty(), start, step));
+        match reserved {
+            Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INVAL) if start == 0 => {
+                return write_zeros(file, length);
+            }
+            reserved => reserved?,
+        }
     }
+    Ok(())
 }
 
 /// Extends an empty file to a length, and takes the place on the disk.

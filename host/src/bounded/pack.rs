@@ -81,8 +81,11 @@ impl BoundedPack<'_> {
         replace_file(out, |file, folder| {
             let pager = Pager::start(self.memory);
             let work = Work { pack: self, pager: &pager, folder };
-            let written =
-                if self.kind.is_built_in_pieces() { work.pieces(file)? } else { work.whole(file)? };
+            let written = if self.kind.can_be_built_in_pieces() {
+                work.pieces(file)?
+            } else {
+                work.whole(file)?
+            };
             origin = written.origin;
             // What was built is validated, as every index that is opened.
             let length = usize::try_from(file.metadata()?.len())?;

@@ -71,6 +71,8 @@ pub fn replace_file(
                 let is_of_files = error.is::<io::Error>();
                 if is_of_files { error.context(cannot_write(path)) } else { error }
             })?;
+            // What was written to a map is told to have failed nowhere else.
+            part.as_file().sync_all().with_context(|| cannot_write(path))?;
             persist(part, &file).with_context(|| cannot_write(path))
         }
     }

@@ -3,11 +3,13 @@
 //! ```text
 //! a.obj tiles/ -> a.obj, tiles/1.stl, tiles/2.stl -> (origin of all) -> a Model for each -> one Model, or a stream
 //! ```
-//! - A folder stands for the scene files in it and in its folders, sorted by path; what begins with a dot is left out.
+//! - A folder stands for the scene files in it and in its folders, sorted by path; what begins with a dot, and folders that
+//!   are links, are left out.
 //! - Files are read one after another, and converted with one origin. To find it, `auto` reads them all before.
 //! - Objects of one name in two files are two objects.
 //! - A file without faces is left out with a warning, unless all are.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -46,6 +48,7 @@ impl SceneFiles {
                 paths.push(path.clone());
             }
         }
+        warn_of_twins(&paths);
         let Some(first) = named.first() else {
             return Err(SceneError::NoSceneFiles { folder: PathBuf::new() });
         };
@@ -153,6 +156,16 @@ impl SceneFiles {
         let is_empty =
             matches!(error, SceneError::NoFaces { .. } | SceneError::NoFiniteFaces { .. });
         if is_empty && self.paths.len() > 1 { Ok(()) } else { Err(error) }
+    }
+}
+
+/// Warns of files that are in the scene twice, or perhaps: by one path, or by one name with two endings.
+fn warn_of_twins(paths: &[PathBuf]) {
+    let mut seen = HashMap::new();
+    for path in paths {
+        if let Some(other) = seen.insert(path.with_extension(""), path) {
+            log::warn!("{} and {} are both in the scene", other.display(), path.display());
+        }
     }
 }
 

@@ -27,7 +27,8 @@ pub struct Piece<'w> {
 /// bytes:  | header | triangles | cluster tree | words of cluster 0 | of cluster 1 | ...
 /// order:      4          any          3                 1                 2
 /// ```
-/// The bytes are those of [`Index::build`](crate::Index::build). The caller writes each [`Piece`] where it belongs:
+/// The bytes are those of [`Index::build`](crate::Index::build), where [`Options::work_limit`] is `None`: an automatic grid
+/// is planned for the steps that are left, which are others in another order. The caller writes each [`Piece`] where it belongs:
 ///
 /// 1. The triangles, as they lie in memory, from [`triangles_offset`](Self::triangles_offset) on; none if the scene
 ///    lies [beside](Scene::beside) them. Their bytes are those of a slice of [`Triangle`](crate::Triangle).
@@ -103,6 +104,9 @@ impl<'a, 's> PiecewiseBuild<'a, 's> {
     }
 
     /// Begins a build: checks the scene, and joins the clusters into the cluster tree.
+    ///
+    /// The clusters must be those of this scene: others of as many triangles are not noticed, and make an index that is
+    /// right but slow.
     ///
     /// `memory` begins at a multiple of [`ALIGNMENT`](crate::custom::ALIGNMENT) bytes. Cost: linear in the triangles,
     /// near-linear in the clusters.

@@ -26,7 +26,8 @@ use values::{MOST_REPETITIONS, MOST_REPLAYED_PHOTONS, number, whole};
 #[derive(Args, Clone, Debug)]
 pub struct SceneArguments {
     /// Scene file: OBJ, PLY, STL or glTF (.gltf, .glb); for `cast` and `inspect` also an index, .arb. Several files, or
-    /// a folder of them (sorted by path, with its folders), are one scene, as if they stood one after another
+    /// a folder of them (sorted by path, with its folders, without links to folders), are one scene, as if they stood
+    /// one after another
     #[arg(value_name = "SCENE", conflicts_with = "scene")]
     files: Vec<PathBuf>,
     /// Built-in scene, in place of a file: fig2, fig3, fig4a to fig4e, city, mixed, sphere, mesh; or mesh-N or city-N,
@@ -79,9 +80,9 @@ impl SceneArguments {
         Ok(path)
     }
 
-    /// Names another file, or folder, of the scene.
-    pub fn move_to(&mut self, path: &Path) {
-        (self.files, self.scene) = (vec![path.to_owned()], None);
+    /// Names other files, or folders, of the scene.
+    pub fn move_to(&mut self, files: &[PathBuf]) {
+        (self.files, self.scene) = (files.to_vec(), None);
     }
 
     /// Loads the file and logs its warnings, or makes the built-in scene.

@@ -16,7 +16,7 @@ pub struct PackedArguments {
     /// is loaded or built: the files are mapped, and processes of a machine share their memory. The first process on a
     /// machine validates them, and again when they were changed
     #[arg(long, value_name = "X.arb", value_parser = file_ending_in(&["arb"]), conflicts_with_all = [
-        "file", "scene", "origin", "index", "leaf_capacity", "level", "least_side", "proximity", "size_classes",
+        "files", "scene", "origin", "index", "leaf_capacity", "level", "least_side", "proximity", "size_classes",
         "cells_per_triangle", "bvh_insertion", "objects",
     ])]
     index_file: Option<PathBuf>,

@@ -55,9 +55,10 @@ pub struct MergeOutputs {
     /// Write the photon map, as --save-map of `irradiance` and `render` does
     #[arg(long, value_name = "FILE")]
     pub save_map: Option<PathBuf>,
-    /// Read the scene from this file [default: the file that the parts name]
+    /// Read the scene from this file or folder; given several times, from all, in this order [default: the files that the
+    /// parts name]
     #[arg(long, value_name = "SCENE")]
-    pub scene_file: Option<PathBuf>,
+    pub scene_file: Vec<PathBuf>,
     /// Take the packed scene X.arb, as the command's --index-file does [default: what the parts name]
     #[arg(long, value_name = "X.arb", value_parser = file_ending_in(&["arb"]), conflicts_with = "scene_file")]
     pub index_file: Option<PathBuf>,
@@ -74,8 +75,8 @@ impl MergeOutputs {
         lighting: &mut LightingArguments,
         part: &mut PartArguments,
     ) {
-        if let Some(path) = &self.scene_file {
-            scene.move_to(path);
+        if !self.scene_file.is_empty() {
+            scene.move_to(&self.scene_file);
             lighting.packed.move_to(None);
         }
         if let Some(path) = &self.index_file {
@@ -111,7 +112,7 @@ impl MergeOutputs {
         let given = [
             ("--values", self.values.is_some()),
             ("--save-map", self.save_map.is_some()),
-            ("--scene-file", self.scene_file.is_some()),
+            ("--scene-file", !self.scene_file.is_empty()),
             ("--index-file", self.index_file.is_some()),
             ("--points", self.points.is_some()),
         ];

@@ -6,9 +6,12 @@
 //! srun            the ranks are bound, or not        -> stays
 //!                                                       threads = processors / ranks of this machine that have them too
 //! ```
-//! Without options Open MPI binds two ranks to a core each, and more ranks to a socket, because it takes ranks for
+//! Without options Open MPI 4 binds two ranks to a core each, and more ranks to a socket, because it takes ranks for
 //! processes of one thread. A rank of this program has a thread for each of its processors. So it lifts a binding that
-//! nobody asked for. It never takes a processor that the process which started it does not have.
+//! nobody asked for, and says so. It never takes a processor that the process which started it does not have. A rank
+//! that a wrapper bound (`mpirun numactl ..`) looks the same: `--bind-to none` keeps what the wrapper did.
+//!
+//! A limit of processor time, as containers have, counts as fewer processors.
 
 use std::env;
 
@@ -22,6 +25,7 @@ type Mask = [u64; 16];
 pub fn threads(world: &SimpleCommunicator) -> usize {
     if is_bound_unasked(|name| env::var(name).ok()) {
         system::take_those_of_parent();
+        log::debug!("a binding that Open MPI chose is lifted; --bind-to keeps one");
     }
     // Ranks of this machine.
     let near = world.split_shared(world.rank());
@@ -29,7 +33,8 @@ pub fn threads(world: &SimpleCommunicator) -> usize {
     let mut all = vec![0; own.len() * near.size() as usize];
     near.all_gather_into(&own[..], &mut all[..]);
     let (masks, _) = all.as_chunks();
-    share(&own, masks)
+    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    share(&own, masks, available)
 }
 
 /// Tells whether Open MPI bound this rank although nobody asked for it.
@@ -41,12 +46,16 @@ fn is_bound_unasked(variable: impl Fn(&str) -> Option<String>) -> bool {
         && !mapping.to_ascii_lowercase().contains("pe=")
 }
 
-/// Divides the processors of a rank by the ranks that have some of them too, itself included.
-fn share(own: &Mask, masks: &[Mask]) -> usize {
+/// Divides the processors of a rank, of which it may use as many as are available, by the ranks that have some of them
+/// too, itself included. A rank that does not know its processors shares what is available with all.
+fn share(own: &Mask, masks: &[Mask], available: usize) -> usize {
+    let processors = own.iter().map(|word| word.count_ones()).sum::<u32>() as usize;
+    if processors == 0 {
+        return (available / masks.len().max(1)).max(1);
+    }
     let meets = |mask: &&Mask| own.iter().zip(*mask).any(|(own, other)| own & other != 0);
     let ranks = masks.iter().filter(meets).count().max(1);
-    let processors: u32 = own.iter().map(|word| word.count_ones()).sum();
-    (processors as usize / ranks).max(1)
+    (processors.min(available) / ranks).max(1)
 }
 
 #[cfg(target_os = "linux")]
@@ -106,13 +115,14 @@ mod tests {
     #[test]
     fn ranks_divide_only_what_they_share() {
         let (left, right) = (mask(0..32), mask(32..64));
-        assert_eq!(share(&left, &[left, right]), 32, "each its own");
-        assert_eq!(share(&left, &[left, left, right, right]), 16, "two on each socket");
-        assert_eq!(share(&mask(0..128), &[mask(0..128); 3]), 42, "not bound");
-        assert_eq!(share(&mask(3..4), &[mask(3..4), mask(4..5)]), 1, "bound to cores");
-        assert_eq!(share(&mask(0..2), &[mask(0..2); 5]), 1, "more ranks than processors");
-        assert_eq!(share(&mask(0..8), &[mask(0..8), mask(0..2), mask(8..16)]), 4);
-        assert_eq!(share(&Mask::default(), &[]), 1, "unknown");
+        assert_eq!(share(&left, &[left, right], 64), 32, "each its own");
+        assert_eq!(share(&left, &[left, left, right, right], 64), 16, "two on each socket");
+        assert_eq!(share(&mask(0..128), &[mask(0..128); 3], 128), 42, "not bound");
+        assert_eq!(share(&mask(0..128), &[mask(0..128); 2], 4), 2, "a limit of processor time");
+        assert_eq!(share(&mask(3..4), &[mask(3..4), mask(4..5)], 1), 1, "bound to cores");
+        assert_eq!(share(&mask(0..2), &[mask(0..2); 5], 2), 1, "more ranks than processors");
+        assert_eq!(share(&mask(0..8), &[mask(0..8), mask(0..2), mask(8..16)], 8), 4);
+        assert_eq!(share(&Mask::default(), &[Mask::default(); 3], 12), 4, "unknown");
     }
 
     #[test]
@@ -136,8 +146,9 @@ mod tests {
     fn the_processors_of_this_process_are_counted() {
         let own = system::own();
         let processors = std::thread::available_parallelism().unwrap().get();
-        assert!(share(&own, &[own]) >= processors);
+        assert_eq!(share(&own, &[own], processors), processors);
         system::take_those_of_parent();
-        assert!(share(&system::own(), &[own]) >= 1);
+        let all = system::own();
+        assert!(own.iter().zip(all).all(|(own, all)| own & !all == 0), "none is lost");
     }
 }

@@ -1,7 +1,7 @@
 //! Buffers of a document: in the file, in a `data:` address, or in files beside it.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use base64::{Engine, alphabet};
@@ -69,7 +69,23 @@ fn resolve(uri: &str, file: &Path, companions: &Companions) -> Result<Vec<u8>, S
     if uri.contains("://") {
         return Err(format!("{uri} is not on this machine; save it beside the file"));
     }
-    let relative = percent_decode_str(uri).decode_utf8_lossy();
-    let path = file.parent().unwrap_or(Path::new("")).join(&*relative);
+    let path = path_of(uri, file);
     companions(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))
+}
+
+/// The path of a file beside a document.
+fn path_of(uri: &str, file: &Path) -> PathBuf {
+    let relative = percent_decode_str(uri).decode_utf8_lossy();
+    file.parent().unwrap_or(Path::new("")).join(&*relative)
+}
+
+/// The bytes of the files beside a document that its buffers are in; 0 for those that cannot be found.
+pub(super) fn bytes_beside(document: &Document, file: &Path) -> u64 {
+    let paths = document.buffers().filter_map(|buffer| match buffer.source() {
+        Source::Uri(uri) if !uri.starts_with("data:") => Some(path_of(uri, file)),
+        Source::Uri(_) | Source::Bin => None,
+    });
+    paths
+        .filter_map(|path| path.metadata().ok())
+        .fold(0, |sum, found| found.len().saturating_add(sum))
 }

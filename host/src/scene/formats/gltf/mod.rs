@@ -86,6 +86,13 @@ pub fn read(
     Ok(surface)
 }
 
+/// The bytes of the files beside a document that its buffers are in; 0 if it cannot be read.
+pub fn bytes_beside(file: &std::path::Path) -> u64 {
+    let document =
+        std::fs::read(file).ok().and_then(|bytes| parse(&bytes, &Surface::new(file)).ok());
+    document.map_or(0, |gltf| buffers::bytes_beside(&gltf.document, file))
+}
+
 /// Counts of parts of a document that are ignored.
 #[derive(Default)]
 struct LeftOut {
