@@ -27,6 +27,7 @@ use crate::scene::Model;
 use error::PackedProblem;
 use record::Record;
 use scene_file::SceneFile;
+pub(crate) use scene_file::{SceneParts, Sequence, digest_of, emitter_bytes, name_bytes};
 
 /// Version of this program, whose validation a record tells of.
 const PROGRAM: &str = concat!("arboleda ", env!("CARGO_PKG_VERSION"));
@@ -90,7 +91,24 @@ impl PackedScene {
     /// If a file cannot be written.
     pub fn write(path: &Path, model: &Model, index: &AnyIndex<'_>) -> anyhow::Result<()> {
         // Whoever opens them meanwhile finds a pair that does not match.
-        scene_file::write(&scene_path(path), model, index)?;
+        SceneParts {
+            name: &model.name,
+            origin: model.origin,
+            lights: &model.lights,
+            emitters: Sequence {
+                count: model.emitters.len(),
+                bytes: &emitter_bytes(&model.emitters, 0)?,
+            },
+            triangles: &model.triangles,
+            reflectance: bytemuck::cast_slice(&model.reflectance),
+            colours: bytemuck::cast_slice(&model.colours),
+            objects: bytemuck::cast_slice(&model.objects),
+            object_names: Sequence {
+                count: model.object_names.len(),
+                bytes: &name_bytes(&model.object_names)?,
+            },
+        }
+        .write(&scene_path(path), index, &digest_of(index))?;
         write_file(path, |file| file.write_all(index.as_bytes()))
     }
 

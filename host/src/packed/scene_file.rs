@@ -16,9 +16,9 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use arboleda::{AnyIndex, Mesh, Vec3};
+use arboleda::{AnyIndex, Mesh, Triangle, Vec3};
 use bytemuck::{Pod, Zeroable};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::error::PackedProblem;
 use crate::files::MappedFile;
@@ -30,6 +30,9 @@ const BYTE_ORDER: u32 = 0x0102_0304;
 const VERSION: u32 = 1;
 /// Multiple of bytes at which the head and the columns begin.
 const ALIGNMENT: usize = 64;
+/// Bytes that the system is asked to write at once. While it writes, it touches pages of mapped columns, and nobody can
+/// give them back.
+const WRITTEN_AT_ONCE: usize = 1 << 20;
 
 /// First 64 bytes.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -48,8 +51,8 @@ type LightWords = ([f32; 3], [f32; 3], [f32; 3], f32);
 /// A triangle that emits: its id, its radiance, whether both sides emit.
 type FaceWords = (u32, [f32; 3], bool);
 
-/// What is not a column.
-#[derive(Serialize, Deserialize)]
+/// What is not a column, as it is read. [`SceneParts`] writes it.
+#[derive(Deserialize)]
 pub struct Head {
     /// BLAKE3 of the bytes of the index, and their number.
     pub index: ([u8; 32], u64),
@@ -60,6 +63,38 @@ pub struct Head {
     origin: [f64; 3],
     lights: Vec<LightWords>,
     emitters: Vec<FaceWords>,
+}
+
+/// Values in the format of postcard, one after another, without their number. So they can be appended to those of
+/// other files.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Sequence<'b> {
+    /// Number of values.
+    pub count: usize,
+    /// The values.
+    pub bytes: &'b [u8],
+}
+
+/// Scene as its file has it: each column and sequence is a slice, wherever it lies.
+pub(crate) struct SceneParts<'b> {
+    /// Name of the scene.
+    pub name: &'b str,
+    /// Point that was subtracted from all coordinates.
+    pub origin: [f64; 3],
+    /// Lights that are not triangles.
+    pub lights: &'b [AreaLight],
+    /// Triangles that emit, as [`emitter_bytes`] makes them.
+    pub emitters: Sequence<'b>,
+    /// The triangles. They are left out if the index has them.
+    pub triangles: &'b [Triangle],
+    /// Reflectance of each triangle, `f32`.
+    pub reflectance: &'b [u8],
+    /// Colour of each triangle, three `f32`; empty if all are grey.
+    pub colours: &'b [u8],
+    /// Object of each triangle, `u32`.
+    pub objects: &'b [u8],
+    /// Names of the objects, as [`name_bytes`] makes them.
+    pub object_names: Sequence<'b>,
 }
 
 /// Scene in a file that is mapped.
@@ -76,65 +111,88 @@ fn is_other_order(order: u32) -> bool {
     order == BYTE_ORDER.swap_bytes()
 }
 
-/// Writes the scene of an index.
+/// Appends the bytes of triangles that emit to others; ids begin at `first`.
 ///
 /// # Errors
-/// If the file cannot be written.
-pub fn write(path: &Path, model: &Model, index: &AnyIndex<'_>) -> anyhow::Result<()> {
-    // 1. The head.
-    let bytes = index.as_bytes();
-    let head = Head {
-        index: (
-            *blake3::Hasher::new().update_rayon(bytes).finalize().as_bytes(),
-            bytes.len() as u64,
-        ),
-        triangle_count: model.triangles.len() as u64,
-        has_triangles: !has_section(index),
-        has_colours: !model.colours.is_empty(),
-        name: model.name.clone(),
-        origin: model.origin,
-        lights: model.lights.iter().map(words_of_light).collect(),
-        emitters: model.emitters.iter().map(words_of_face).collect(),
-    };
-    let mut head = postcard::to_stdvec(&head)?;
-    let head_bytes = head.len() as u64;
-    head.resize(head.len().next_multiple_of(ALIGNMENT), 0);
-
-    // 2. What follows it.
-    let names = postcard::to_stdvec(&model.object_names)?;
-    let triangles: &[u8] =
-        if has_section(index) { &[] } else { bytemuck::cast_slice(&model.triangles) };
-    let columns = [
-        triangles,
-        bytemuck::cast_slice(&model.reflectance),
-        bytemuck::cast_slice(&model.colours),
-        bytemuck::cast_slice(&model.objects),
-    ];
-    let zeros = [0; ALIGNMENT];
-    let padded = columns.iter().flat_map(|column| {
-        let padding = column.len().next_multiple_of(ALIGNMENT) - column.len();
-        [*column, &zeros[..padding]]
-    });
-    let body: Vec<&[u8]> = [&head[..]].into_iter().chain(padded).chain([&names[..]]).collect();
-
-    // 3. The file.
-    let mut hasher = blake3::Hasher::new();
-    for part in &body {
-        hasher.update_rayon(part);
-    }
-    let digest = *hasher.finalize().as_bytes();
-    let front = Front {
-        magic: MAGIC,
-        byte_order: BYTE_ORDER,
-        version: VERSION,
-        head_bytes,
-        digest,
-        zero: [0; 8],
-    };
-    write_file(path, |file| {
-        file.write_all(bytemuck::bytes_of(&front))?;
-        body.iter().try_for_each(|part| file.write_all(part))
+/// Never: memory takes any bytes.
+pub(crate) fn emitter_bytes(emitters: &[FaceLight], first: u32) -> postcard::Result<Vec<u8>> {
+    emitters.iter().try_fold(Vec::new(), |bytes, light| {
+        let light = FaceLight { triangle: first + light.triangle, ..*light };
+        postcard::to_extend(&words_of_face(&light), bytes)
     })
+}
+
+/// Makes the bytes of names.
+///
+/// # Errors
+/// Never: memory takes any bytes.
+pub(crate) fn name_bytes(names: &[String]) -> postcard::Result<Vec<u8>> {
+    names.iter().try_fold(Vec::new(), |bytes, name| postcard::to_extend(name, bytes))
+}
+
+/// Computes the digest of the bytes of an index, on all threads of the caller's pool.
+pub(crate) fn digest_of(index: &AnyIndex<'_>) -> blake3::Hash {
+    blake3::Hasher::new().update_rayon(index.as_bytes()).finalize()
+}
+
+impl SceneParts<'_> {
+    /// Writes the scene of an index, whose digest is [`digest_of`] it. Works on all threads of the caller's pool.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(
+        &self,
+        path: &Path,
+        index: &AnyIndex<'_>,
+        index_digest: &blake3::Hash,
+    ) -> anyhow::Result<()> {
+        // 1. The head: the fields of `Head`, in their order. A sequence is its number and its values.
+        let triangles: &[Triangle] = if has_section(index) { &[] } else { self.triangles };
+        let head = (
+            (index_digest.as_bytes(), index.as_bytes().len() as u64),
+            self.triangles.len() as u64,
+            !has_section(index),
+            !self.colours.is_empty(),
+            self.name,
+            self.origin,
+            self.lights.iter().map(words_of_light).collect::<Vec<LightWords>>(),
+            self.emitters.count,
+        );
+        let head = postcard::to_stdvec(&head)?;
+        let head_bytes = head.len() + self.emitters.bytes.len();
+
+        // 2. All that follows the front.
+        let name_count = postcard::to_stdvec(&self.object_names.count)?;
+        let columns =
+            [bytemuck::cast_slice(triangles), self.reflectance, self.colours, self.objects];
+        let zeros = [0; ALIGNMENT];
+        let padding = |length: usize| &zeros[..length.next_multiple_of(ALIGNMENT) - length];
+        let padded = columns.into_iter().flat_map(|column| [column, padding(column.len())]);
+        let body: Vec<&[u8]> = [&head[..], self.emitters.bytes, padding(head_bytes)]
+            .into_iter()
+            .chain(padded)
+            .chain([&name_count[..], self.object_names.bytes])
+            .collect();
+
+        // 3. The file.
+        let mut hasher = blake3::Hasher::new();
+        for part in &body {
+            hasher.update_rayon(part);
+        }
+        let front = Front {
+            magic: MAGIC,
+            byte_order: BYTE_ORDER,
+            version: VERSION,
+            head_bytes: head_bytes as u64,
+            digest: *hasher.finalize().as_bytes(),
+            zero: [0; 8],
+        };
+        write_file(path, |file| {
+            file.write_all(bytemuck::bytes_of(&front))?;
+            let mut some = body.iter().flat_map(|part| part.chunks(WRITTEN_AT_ONCE));
+            some.try_for_each(|some| file.write_all(some))
+        })
+    }
 }
 
 impl SceneFile {
