@@ -80,17 +80,101 @@ fn the_bytes_are_those_of_a_pack_at_once() {
     write_scene(at);
     for name in arboleda_host::kind_names() {
         for more in [&[][..], &["--objects"], &["--origin", "auto"], &["--proximity", "1000000"]] {
-            let pack = |scene: &[&str], out: &str, last: &[&str]| {
-                let line = ["pack", "--index", name, "-o", out];
-                let (shown, _) = success(&run_in(at, &[&line, scene, more, last].concat()));
-                (fs::read(at.join(out)).unwrap(), shown.replace(out, ""))
+            let pack = |scene: &str, out: &str, last: &[&str]| {
+                let line = ["pack", scene, "--index", name, "-o", out];
+                let (shown, _) = success(&run_in(at, &[&line, more, last].concat()));
+                let scene = fs::read(at.join(format!("{out}.scene"))).unwrap();
+                (fs::read(at.join(out)).unwrap(), shown.replace(out, ""), scene)
             };
-            let once = pack(&["whole.obj"], "once.arb", &[]);
-            let within = pack(&["tiles"], "within.arb", &["--memory", ENOUGH]);
-            assert!(once == within, "{name} {more:?}: {} {}", once.1, within.1);
+            let once = pack("tiles", "once.arb", &[]);
+            let within = pack("tiles", "within.arb", &["--memory", ENOUGH]);
+            assert!(once.0 == within.0, "{name} {more:?}: {} {}", once.1, within.1);
+            assert!(once.1 == within.1, "{name} {more:?}: {} {}", once.1, within.1);
+            assert!(once.2 == within.2, "{name} {more:?}: the scene");
+            // The file of the scene has its name, so it differs.
+            let whole = pack("whole.obj", "whole.arb", &[]);
+            assert!(whole.0 == within.0, "{name} {more:?}: {} {}", whole.1, within.1);
         }
     }
-    assert_eq!(names(at), ["once.arb", "tiles", "whole.obj", "within.arb"], "no file is left");
+    let left = names(at);
+    let expected = [
+        "once.arb",
+        "once.arb.scene",
+        "tiles",
+        "whole.arb",
+        "whole.arb.scene",
+        "whole.obj",
+        "within.arb",
+        "within.arb.scene",
+    ];
+    assert_eq!(left, expected, "no file is left");
+}
+
+/// Rooms beside each other, in a folder. Those that `coloured` names are of three materials, of which one emits light.
+fn write_rooms(folder: &Path, coloured: &[bool]) {
+    fs::create_dir(folder).unwrap();
+    let materials =
+        "newmtl red\nKd 0.9 0.5 0.3\nnewmtl grey\nKd 0.6 0.6 0.6\nnewmtl lamp\nKe 9 8 5\n";
+    fs::write(folder.join("rooms.mtl"), materials).unwrap();
+    for (number, is_coloured) in coloured.iter().enumerate() {
+        let x = 4_000_000 + 4 * number;
+        let mut text = String::from("mtllib rooms.mtl\n");
+        for [dx, y, z] in [[0, 0, 0], [3, 0, 0], [3, 2, 0], [0, 2, 0], [0, 0, 2], [3, 0, 2]] {
+            text += &format!("v {} {y} {z}\n", x + dx);
+        }
+        text += &format!("v {x}.9 0.5 1.9\nv {x}.9 1.5 1.9\nv {} 1.5 1.9\n", x + 2);
+        for (object, material, face) in
+            [("floor", "red", "1 2 3 4"), ("wall", "grey", "1 5 6 2"), ("lamp", "lamp", "7 8 9")]
+        {
+            let material = if *is_coloured { material } else { "grey" };
+            text += &format!("o {object}\nusemtl {material}\nf {face}\n");
+        }
+        fs::write(folder.join(format!("{number}.obj")), text).unwrap();
+    }
+}
+
+#[test]
+fn photons_need_only_the_two_files() {
+    let folder = folder();
+    let at = folder.path();
+    write_rooms(&at.join("grey first"), &[false, true, false]);
+    write_rooms(&at.join("grey last"), &[true, false]);
+    write_rooms(&at.join("one"), &[true]);
+    let line = |words: &[&[&str]]| success(&run_in(at, &words.concat()));
+    let light = ["--photons", "5k", "--up", "z", "--out"];
+    for scene in ["grey first", "grey last", "one"] {
+        line(&[&["shoot", scene, "--origin", "auto"], &light, &["whole.npy"]]);
+        for kind in ["wide-bvh", "lean-bvh", "octree-hierarchy"] {
+            let pack = ["pack", scene, "--origin", "auto", "--index", kind, "-o"];
+            line(&[&pack, &["once.arb"]]);
+            let (_, said) = line(&[&pack, &["within.arb", "--memory", ENOUGH]]);
+            assert!(said.contains("its scene: within.arb.scene"), "{said}");
+            assert!(!said.contains("does not hold the origin"), "{said}");
+            // Nothing else is read.
+            fs::rename(at.join(scene), at.join("away")).unwrap();
+            line(&[&["shoot", "--index-file", "within.arb"], &light, &["packed.npy"]]);
+            fs::rename(at.join("away"), at.join(scene)).unwrap();
+            for (a, b) in [
+                ("whole.npy", "packed.npy"),
+                ("once.arb", "within.arb"),
+                ("once.arb.scene", "within.arb.scene"),
+            ] {
+                let bytes = |name: &str| fs::read(at.join(name)).unwrap();
+                assert!(bytes(a) == bytes(b), "{scene}, {kind}: {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_index_alone_has_no_origin() {
+    let folder = folder();
+    let at = folder.path();
+    write_rooms(&at.join("rooms"), &[true, false]);
+    let pack = ["pack", "rooms", "--origin", "auto", "--memory", ENOUGH, "--index-only"];
+    let (_, said) = success(&run_in(at, &[&pack[..], &["-o", "a.arb"]].concat()));
+    assert!(said.contains("does not hold the origin 4000003.5,"), "{said}");
+    assert_eq!(names(at), ["a.arb", "rooms"], "no scene is written");
 }
 
 #[test]
@@ -122,6 +206,8 @@ fn what_cannot_be_done_within_the_memory_is_said() {
     write_scene(at);
     fs::write(at.join("broken.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 8\n").unwrap();
     fs::write(at.join("old.arb"), "old").unwrap();
+    fs::write(at.join("old.arb.scene"), "old scene").unwrap();
+    fs::create_dir(at.join("folder.arb.scene")).unwrap();
     fs::create_dir(at.join("none")).unwrap();
     let before = names(at);
     for (line, problem) in [
@@ -132,18 +218,37 @@ fn what_cannot_be_done_within_the_memory_is_said() {
         ("pack --scene fig2 --memory 1G -o old.arb", "--memory is for scene files"),
         ("pack tiles --memory 1G --index all -o old.arb", "--index all is for comparisons"),
         ("pack tiles --memory 0 -o old.arb", "must be 1 to"),
+        ("pack tiles --memory 1G -o folder.arb", "folder.arb.scene: it is a folder"),
         ("inspect old.arb whole.obj", "name it alone"),
     ] {
         let said = failure(&run_in(at, &line.split(' ').collect::<Vec<_>>()));
         assert!(said.contains(problem), "{line}: {said}");
     }
     assert_eq!(fs::read(at.join("old.arb")).unwrap(), b"old");
+    assert_eq!(fs::read(at.join("old.arb.scene")).unwrap(), b"old scene");
     assert_eq!(names(at), before, "no file is left");
 
     // The least that is named does.
     let said = failure(&run_in(at, &["pack", "tiles", "--memory", "10M", "-o", "new.arb"]));
     let least = said.split("is too small: ").nth(1).unwrap().split(' ').next().unwrap();
     success(&run_in(at, &["pack", "tiles", "--memory", least, "-o", "new.arb"]));
+}
+
+/// The scene is written last. Here its disk is full.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_scene_that_cannot_be_written_leaves_the_old_index() {
+    let folder = folder();
+    let at = folder.path();
+    write_boxes(&at.join("a.obj"), boxes(0, 3));
+    fs::write(at.join("a.arb"), "old").unwrap();
+    std::os::unix::fs::symlink("/dev/full", at.join("a.arb.scene")).unwrap();
+    let run = run_in(at, &["pack", "a.obj", "--memory", ENOUGH, "-o", "a.arb"]);
+    assert!(run.stdout.is_empty(), "nothing is shown that is not there");
+    let said = failure(&run);
+    assert!(said.contains("cannot write a.arb.scene: No space left"), "{said}");
+    assert_eq!(fs::read(at.join("a.arb")).unwrap(), b"old");
+    assert_eq!(names(at), ["a.arb", "a.arb.scene", "a.obj"], "no file is left");
 }
 
 /// Resident memory at its peak, in bytes, and the number of triangles and bytes of the index.
@@ -193,4 +298,5 @@ fn the_resident_memory_stays_below_the_limit() {
     success(&run_in(at, &["pack", "tiles", "--index", "octree-hierarchy", "-o", "once.arb"]));
     let bytes = |name: &str| fs::read(at.join(name)).unwrap();
     assert!(bytes("a.arb") == bytes("once.arb"));
+    assert!(bytes("a.arb.scene") == bytes("once.arb.scene"));
 }

@@ -1,19 +1,22 @@
-//! Index of scene files to a file, within a stated memory.
+//! Index of scene files to a file, and their scene to another, within a stated memory.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use arboleda::clusters;
-use arboleda::{AnyIndex, BuildError, IndexKind, Options, Scene, Statistics, Triangle};
+use arboleda::{AnyIndex, BuildError, Executor, IndexKind, Options, Scene, Statistics, Triangle};
+use blake3::Hash;
 
+use super::columns::Wanted;
 use super::pager::LEAST_MARGIN;
 use super::triangles::{Written, stream};
-use super::{Pager, Scratch, View, reading};
+use super::{Pager, Scratch, View, cast, reading};
 use crate::Threads;
 use crate::bench::progress::{during, with_bar};
 use crate::files::output::replace_file;
+use crate::packed::digest_of;
 use crate::scene::{Origin, SceneFiles};
 
 /// Memory that the program takes beside what reading takes: at most 60 MB of its own, the pager's margin, and 140 MB of
@@ -44,6 +47,8 @@ pub struct BoundedPack<'p> {
     pub by_objects: bool,
     /// Most resident bytes of the process.
     pub memory: u64,
+    /// File of the scene, which is beside that of the index; `None` to write the index only.
+    pub scene: Option<&'p Path>,
 }
 
 /// Result of a bounded pack.
@@ -52,8 +57,8 @@ pub struct Packed {
     pub origin: [f64; 3],
 }
 
-/// Function that shows the finished index.
-pub type Show<'s> = dyn FnMut(&AnyIndex<'_>, &Statistics) + 's;
+/// Function that sees the finished index, what it consists of, and its BLAKE3.
+pub type Show<'s> = dyn FnMut(&AnyIndex<'_>, &Statistics, &Hash) + 's;
 
 impl BoundedPack<'_> {
     /// Checks that the memory is enough.
@@ -70,18 +75,19 @@ impl BoundedPack<'_> {
         Ok(())
     }
 
-    /// Builds the index and writes it to a file, which is replaced when all is done. `show` sees the finished index.
+    /// Builds the index and writes it and its scene to files, which are replaced when all is done. `show` sees the
+    /// finished index, before they are.
     ///
     /// # Errors
-    /// If the memory is too small, a file cannot be read, the index cannot be built, or the disk is full. The old file
-    /// then stays, and temporary files are removed.
+    /// If the memory is too small, a file cannot be read, the index cannot be built, or the disk is full. The old files
+    /// then stay, and temporary files are removed.
     pub fn run(&self, out: &Path, show: &mut Show<'_>) -> anyhow::Result<Packed> {
         self.check_memory()?;
         let mut origin = [0.0; 3];
         replace_file(out, |file, folder| {
             let pager = Pager::start(self.memory);
             let work = Work { pack: self, pager: &pager, folder };
-            let written = if self.kind.can_be_built_in_pieces() {
+            let (written, triangles) = if self.kind.can_be_built_in_pieces() {
                 work.pieces(file)?
             } else {
                 work.whole(file)?
@@ -92,7 +98,17 @@ impl BoundedPack<'_> {
             let view = View::new(file, 0, length, &pager)?;
             let (index, statistics) =
                 during("validating", || AnyIndex::from_bytes_counted(view.bytes()))?;
-            show(&index, &statistics);
+            let digest = during("hashing", || on_few_threads(|| digest_of(&index)));
+            show(&index, &statistics, &digest);
+            // The scene is renamed first, as in every pack: whoever opens both meanwhile finds that they do not match.
+            if let Some(path) = self.scene {
+                let triangles = cast(&triangles)?;
+                let parts = written.columns.scene(self.files.title(), origin, triangles);
+                let parts = parts.context("the scene was not streamed")?;
+                during("writing the scene", || {
+                    on_few_threads(|| parts.write(path, &index, &digest))
+                })?;
+            }
             Ok(())
         })?;
         Ok(Packed { origin })
@@ -108,18 +124,16 @@ struct Work<'w> {
 
 impl Work<'_> {
     /// Builds a hierarchy piece by piece. The triangles go to their section of the index at once.
-    fn pieces(&self, mut out: &File) -> anyhow::Result<Written> {
+    fn pieces(&self, mut out: &File) -> anyhow::Result<(Written, View)> {
         let BoundedPack { kind, options, .. } = *self.pack;
         // 1. The triangles.
         out.write_all(&[0; HEADER])?;
-        let (written, objects) = self.stream(out)?;
-        let count = written.count;
-        let triangles = View::new(out, HEADER, count * size_of::<Triangle>(), self.pager)?;
-        let scene = scene_of(&triangles, objects.as_ref())?;
+        let (written, triangles) = self.stream(out, HEADER)?;
+        let scene = self.scene_of(&written, &triangles)?;
 
         // 2. The clusters.
-        let scratch_bytes = clusters::scratch_capacity(count);
-        self.tell_need(count, scratch_bytes, count * WORD_BYTES)?;
+        let scratch_bytes = clusters::scratch_capacity(written.count);
+        self.tell_need(&written, scratch_bytes, written.count * WORD_BYTES)?;
         let mut scratch = self.scratch(scratch_bytes)?;
         let found = during("finding clusters", || {
             clusters::find_with(&scene, &options, scratch.bytes(), &threads())
@@ -156,22 +170,20 @@ impl Work<'_> {
             writer.write_all(piece.bytes)?;
         }
         writer.flush()?;
-        Ok(written)
+        Ok((written, triangles))
     }
 
     /// Builds one index over all triangles, in mapped memory.
-    fn whole(&self, out: &File) -> anyhow::Result<Written> {
+    fn whole(&self, out: &File) -> anyhow::Result<(Written, View)> {
         let BoundedPack { kind, options, .. } = *self.pack;
         // 1. The triangles, to a file of their own.
         let file = tempfile::tempfile_in(self.folder)?;
-        let (written, objects) = self.stream(&file)?;
-        let count = written.count;
-        let triangles = View::new(&file, 0, count * size_of::<Triangle>(), self.pager)?;
-        let scene = scene_of(&triangles, objects.as_ref())?;
+        let (written, triangles) = self.stream(&file, 0)?;
+        let scene = self.scene_of(&written, &triangles)?;
 
         // 2. Count the bytes of the index, and build it.
-        let scratch_bytes = kind.scratch_capacity(count, &options);
-        self.tell_need(count, scratch_bytes, count * INDEX_BYTES)?;
+        let scratch_bytes = kind.scratch_capacity(written.count, &options);
+        self.tell_need(&written, scratch_bytes, written.count * INDEX_BYTES)?;
         let mut scratch = self.scratch(scratch_bytes)?;
         let threads = threads();
         let capacity = during("measuring the index", || {
@@ -183,37 +195,58 @@ impl Work<'_> {
         during(&format!("building {}", kind.name()), || {
             kind.build_with(&scene, &options, arena.bytes(), scratch.bytes(), &threads).map(drop)
         })?;
-        Ok(written)
+        Ok((written, triangles))
     }
 
-    /// Streams the triangles to a file, and the numbers of their objects to another, if they are clustered.
-    fn stream(&self, triangles: &File) -> anyhow::Result<(Written, Option<View>)> {
-        let BoundedPack { files, origin, by_objects, .. } = *self.pack;
-        if !by_objects {
-            return Ok((stream(files, origin, triangles, None)?, None));
-        }
-        let file = tempfile::tempfile_in(self.folder)?;
-        let written = stream(files, origin, triangles, Some(&file))?;
-        if written.object_count > u32::MAX as usize {
-            bail!("{} objects are more than numbers of 32 bits can name", written.object_count);
-        }
-        let view = View::new(&file, 0, written.count * size_of::<u32>(), self.pager)?;
-        Ok((written, Some(view)))
+    /// Streams the triangles to a file, from `start` on, and columns to temporary ones.
+    fn stream(&self, file: &File, start: usize) -> anyhow::Result<(Written, View)> {
+        let BoundedPack { files, origin, by_objects, scene, .. } = *self.pack;
+        let wanted = match (scene, by_objects) {
+            (Some(_), _) => Wanted::Scene,
+            (None, true) => Wanted::Objects,
+            (None, false) => Wanted::Triangles,
+        };
+        let written = stream(files, origin, file, wanted, self.folder, self.pager)?;
+        let bytes = written.count * size_of::<Triangle>();
+        Ok((written, View::new(file, start, bytes, self.pager)?))
     }
 
-    /// Tells how much disk is needed beside the triangles, and stops if there is less.
-    fn tell_need(&self, count: usize, scratch: usize, index: usize) -> anyhow::Result<()> {
+    /// Makes the scene of mapped triangles, and of the numbers of their objects if it is divided by them.
+    fn scene_of<'v>(&self, written: &'v Written, triangles: &'v View) -> anyhow::Result<Scene<'v>> {
+        let scene = Scene::new(cast(triangles)?);
+        let objects = written.columns.objects().filter(|_| self.pack.by_objects);
+        Ok(match objects {
+            Some(objects) => scene.objects(cast(objects)?),
+            None => scene,
+        })
+    }
+
+    /// Tells how much disk is needed beside what was streamed, and stops if there is less. Temporary files are gone
+    /// before the scene is written.
+    fn tell_need(&self, written: &Written, scratch: usize, index: usize) -> anyhow::Result<()> {
         let megabytes = |bytes: usize| bytes.div_ceil(1_000_000);
         let folder = self.folder.display();
-        let (temporary, more) = (megabytes(scratch), megabytes(index));
+        let has_triangles = self.pack.scene.is_some() && self.pack.kind.holds_triangles();
+        let triangles = if has_triangles { written.count * size_of::<Triangle>() } else { 0 };
+        let scene = written.columns.bytes() + triangles;
         log::info!(
-            "{count} triangles; {temporary} MB of temporary files in {folder}, and about {more} MB more of the index"
+            "{} triangles; {} MB of temporary files in {folder}, and about {} MB more of the index{}",
+            written.count,
+            megabytes(scratch),
+            megabytes(index),
+            if scene > 0 {
+                format!(", {} MB of its scene", megabytes(scene))
+            } else {
+                String::new()
+            }
         );
+        let most = scratch.max(scene);
         if let Some(free) = free_bytes(self.folder) {
             ensure!(
-                free >= scratch as u64,
-                "{folder} has {} MB free, and temporary files of {temporary} MB are needed",
-                free / 1_000_000
+                free >= most as u64,
+                "{folder} has {} MB free, and {} MB are needed",
+                free / 1_000_000,
+                megabytes(most)
             );
         }
         Ok(())
@@ -236,6 +269,11 @@ fn threads() -> Threads {
     Threads::new(Some(processors.min(MOST_THREADS)))
 }
 
+/// Runs `work`, whose parallel parts have the [`threads`].
+fn on_few_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    threads().join(work, || ()).0
+}
+
 /// Bytes that are free on the disk of a folder; `None` where the system does not say.
 #[cfg(target_os = "linux")]
 fn free_bytes(folder: &Path) -> Option<u64> {
@@ -247,14 +285,4 @@ fn free_bytes(folder: &Path) -> Option<u64> {
 #[cfg(not(target_os = "linux"))]
 fn free_bytes(_: &Path) -> Option<u64> {
     None
-}
-
-/// Makes the scene of mapped triangles and the numbers of their objects.
-fn scene_of<'v>(triangles: &'v View, objects: Option<&'v View>) -> anyhow::Result<Scene<'v>> {
-    let cast = |_| anyhow::anyhow!("mapped memory is not aligned");
-    let scene = Scene::new(bytemuck::try_cast_slice(triangles.bytes()).map_err(cast)?);
-    Ok(match objects {
-        Some(objects) => scene.objects(bytemuck::try_cast_slice(objects.bytes()).map_err(cast)?),
-        None => scene,
-    })
 }

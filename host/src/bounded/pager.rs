@@ -89,7 +89,7 @@ mod watch {
     use std::os::fd::IntoRawFd;
     use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, AtomicUsize, Ordering};
 
-    /// Most maps at once: a pack has five.
+    /// Most maps at once: a pack has at most eleven.
     const MOST_MAPS: usize = 64;
 
     /// Address and length of each map; 0 where there is none.

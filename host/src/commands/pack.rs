@@ -12,6 +12,7 @@ use super::output::{bytes, count, say};
 use crate::bench::progress::during;
 use crate::bounded::BoundedPack;
 use crate::files::output::{check_writable, write_file};
+use crate::packed::digest_of;
 use crate::{IndexFile, PackedScene, Threads, scene_path};
 
 /// Write the index of a scene to a file, and what else photons need to a second one; the scene is not needed any more
@@ -38,8 +39,8 @@ pub struct Pack {
     #[command(flatten)]
     build: BuildArguments,
     /// Keep the memory of the program below this many bytes, as in 1500M or 1.5G: the scene's files are read one after
-    /// the other, and triangles, tables and index lie in temporary files beside the index. The bytes written are the
-    /// same. With it, `--index auto` is octree-hierarchy
+    /// the other, and triangles, tables and index lie in temporary files beside the index. Both files have the same
+    /// bytes as without it. With it, `--index auto` is octree-hierarchy
     #[arg(long, value_name = "BYTES", value_parser = whole::<u64>(1..=u64::MAX))]
     memory: Option<u64>,
 }
@@ -51,11 +52,11 @@ impl Pack {
     /// If the scene cannot be loaded, the index cannot be built, or the file cannot be written.
     pub fn run(&self) -> anyhow::Result<()> {
         check_writable(&self.out)?;
-        if let Some(memory) = self.memory {
-            return self.run_within(memory);
-        }
         if !self.index_only {
             check_writable(&scene_path(&self.out))?;
+        }
+        if let Some(memory) = self.memory {
+            return self.run_within(memory);
         }
         let model = self.scene.load()?;
         let (scene, options) = (self.build.scene(&model), self.build.options());
@@ -66,12 +67,9 @@ impl Pack {
             write_file(&self.out, |file| file.write_all(index.as_bytes()))?;
         } else {
             PackedScene::write(&self.out, &model, &index)?;
-            log::info!("its scene: {}", scene_path(&self.out).display());
         }
-        describe_index(&self.out, &index, &index.check()?);
-        if self.index_only {
-            warn_of_origin(model.origin);
-        }
+        say!("{}", describe_index(&self.out, &index, &index.check()?, &digest_of(&index)));
+        self.tell_of_scene(model.origin);
         Ok(())
     }
 
@@ -88,6 +86,7 @@ impl Pack {
             log::info!("octree-hierarchy, which is built cluster by cluster; --index names others");
             IndexKind::OctreeHierarchy
         });
+        let scene = scene_path(&self.out);
         let pack = BoundedPack {
             files: &files,
             origin,
@@ -95,24 +94,32 @@ impl Pack {
             options: self.build.options(),
             by_objects: self.build.by_objects(),
             memory,
+            scene: (!self.index_only).then_some(&scene),
         };
-        let packed =
-            pack.run(&self.out, &mut |index, parts| describe_index(&self.out, index, parts));
+        // It is shown when the files are there.
+        let mut described = String::new();
+        let packed = pack.run(&self.out, &mut |index, parts, digest| {
+            described = describe_index(&self.out, index, parts, digest);
+        });
         let packed = packed.map_err(|error| match error.downcast_ref::<BuildError>() {
             Some(build) => unbuilt(build).context(format!("cannot build {}", kind.name())),
             None => error,
         })?;
-        warn_of_origin(packed.origin);
+        say!("{described}");
+        self.tell_of_scene(packed.origin);
         Ok(())
     }
-}
 
-fn warn_of_origin(origin: [f64; 3]) {
-    if origin != [0.0; 3] {
-        let [x, y, z] = origin;
-        log::warn!(
-            "the file does not hold the origin {x},{y},{z}: subtract it from the origins of rays"
-        );
+    /// Names the file of the scene, or warns of what is lost without it.
+    fn tell_of_scene(&self, origin: [f64; 3]) {
+        if !self.index_only {
+            log::info!("its scene: {}", scene_path(&self.out).display());
+        } else if origin != [0.0; 3] {
+            let [x, y, z] = origin;
+            log::warn!(
+                "the file does not hold the origin {x},{y},{z}: subtract it from the origins of rays"
+            );
+        }
     }
 }
 
@@ -123,28 +130,32 @@ fn warn_of_origin(origin: [f64; 3]) {
 pub fn describe_file(path: &Path) -> anyhow::Result<()> {
     let file = IndexFile::open(path)?;
     let (index, parts) = during("reading the index", || file.index())?;
-    describe_index(path, &index, &parts);
+    say!("{}", describe_index(path, &index, &parts, &digest_of(&index)));
     Ok(())
 }
 
-fn describe_index(path: &Path, index: &AnyIndex<'_>, parts: &Statistics) {
+/// Describes an index in lines. Validation tells whether an index does harm, not whether it was changed on its way: the
+/// digest does.
+fn describe_index(
+    path: &Path,
+    index: &AnyIndex<'_>,
+    parts: &Statistics,
+    digest: &blake3::Hash,
+) -> String {
     let sections = index.sections();
-    say!(
-        "{}: {}, {} triangles in {} cluster{}, {}",
+    format!(
+        "{}: {}, {} triangles in {} cluster{}, {}
+{} inner nodes, {} leaves, {} references, level {}
+BLAKE3 {digest}",
         path.display(),
         index.kind().name(),
         count(sections.triangle_count().into()),
         count(sections.cluster_count().into()),
         if sections.cluster_count() == 1 { "" } else { "s" },
-        bytes(index.as_bytes().len())
-    );
-    say!(
-        "{} inner nodes, {} leaves, {} references, level {}",
+        bytes(index.as_bytes().len()),
         count(parts.inner_nodes),
         count(parts.leaves),
         count(parts.references),
         parts.deepest_level
-    );
-    // Validation tells whether an index does harm, not whether it was changed on its way.
-    say!("BLAKE3 {}", blake3::hash(index.as_bytes()));
+    )
 }
