@@ -27,7 +27,7 @@ const ROOM_PER_TRIANGLE: usize = 16;
 /// Least room for the words of a cluster.
 const LEAST_ROOM: usize = 1 << 20;
 /// Bytes of words of a hierarchy for each triangle, roughly, for what is told beforehand.
-const WORD_BYTES: usize = 8;
+const WORD_BYTES: usize = 16;
 /// Bytes of an index for each triangle, roughly, for what is told beforehand.
 const INDEX_BYTES: usize = 50;
 /// Bytes of the header of an index, behind which its triangles lie.
@@ -78,11 +78,20 @@ impl BoundedPack<'_> {
     /// Builds the index and writes it and its scene to files, which are replaced when all is done. `show` sees the
     /// finished index, before they are.
     ///
+    /// # Process-wide
+    /// On Linux, the limit is that of the whole process: the timer `ITIMER_PROF` and the handler of its signal, `SIGPROF`,
+    /// are set. The timer ends with the pack, the handler stays. A process packs one scene at a time.
+    ///
     /// # Errors
     /// If the memory is too small, a file cannot be read, the index cannot be built, or the disk is full. The old files
     /// then stay, and temporary files are removed.
     pub fn run(&self, out: &Path, show: &mut Show<'_>) -> anyhow::Result<Packed> {
         self.check_memory()?;
+        self.build(out, show)
+    }
+
+    /// Builds as [`run`](Self::run) does, in any memory.
+    fn build(&self, out: &Path, show: &mut Show<'_>) -> anyhow::Result<Packed> {
         let mut origin = [0.0; 3];
         replace_file(out, |file, folder| {
             let pager = Pager::start(self.memory);
@@ -240,7 +249,7 @@ impl Work<'_> {
                 String::new()
             }
         );
-        let most = scratch.max(scene);
+        let most = scratch.max(scene).saturating_add(index);
         if let Some(free) = free_bytes(self.folder) {
             ensure!(
                 free >= most as u64,
@@ -285,4 +294,52 @@ fn free_bytes(folder: &Path) -> Option<u64> {
 #[cfg(not(target_os = "linux"))]
 fn free_bytes(_: &Path) -> Option<u64> {
     None
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::super::pager::tests::alone;
+    use super::*;
+    use crate::TimedIndex;
+
+    /// A grid of 300 x 300 cells, as an STL file.
+    fn grid() -> Vec<u8> {
+        let mut bytes = vec![b' '; 80];
+        bytes.extend(90_000_u32.to_le_bytes());
+        for cell in 0..90_000_u32 {
+            let (x, y) = ((cell % 300) as f32, (cell / 300) as f32);
+            bytes.extend([0; 12]);
+            for number in [x, y, 0.0, x + 0.7, y, 0.0, x, y + 0.7, 0.0] {
+                bytes.extend(number.to_le_bytes());
+            }
+            bytes.extend([0; 2]);
+        }
+        bytes
+    }
+
+    #[test]
+    fn pages_that_are_given_back_all_the_time_change_no_byte() {
+        let _alone = alone();
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path();
+        std::fs::write(at.join("a.stl"), grid()).unwrap();
+        let files = SceneFiles::list(&[at.join("a.stl")]).unwrap();
+        let model = files.load(Origin::Unchanged).unwrap();
+        for kind in [IndexKind::OctreeHierarchy, IndexKind::WideBvh] {
+            let before = Pager::times_full();
+            let pack = BoundedPack {
+                files: &files,
+                origin: Origin::Unchanged,
+                kind,
+                options: Options::DEFAULT,
+                by_objects: false,
+                memory: 1,
+                scene: None,
+            };
+            pack.build(&at.join("a.arb"), &mut |_, _, _| {}).unwrap();
+            assert!(Pager::times_full() > before, "the memory was full");
+            let once = TimedIndex::build(kind, &model.scene(), &Options::DEFAULT).unwrap();
+            assert!(std::fs::read(at.join("a.arb")).unwrap() == once.as_bytes(), "{}", kind.name());
+        }
+    }
 }

@@ -53,6 +53,12 @@ impl Pager {
     pub fn release() {
         watch::release();
     }
+
+    /// Tells how often pages were given back because the memory was full.
+    #[cfg(all(test, target_os = "linux"))]
+    pub fn times_full() -> u64 {
+        watch::times_full()
+    }
 }
 
 impl Drop for Pager {
@@ -102,6 +108,14 @@ mod watch {
     /// File in which the system tells the resident memory; negative until it is open.
     static METER: AtomicI32 = AtomicI32::new(-1);
     static PAGE: AtomicU64 = AtomicU64::new(4096);
+    /// How often pages were given back because the memory was full.
+    static TIMES_FULL: AtomicU64 = AtomicU64::new(0);
+
+    /// Tells how often pages were given back because the memory was full.
+    #[cfg(test)]
+    pub fn times_full() -> u64 {
+        TIMES_FULL.load(Ordering::Relaxed)
+    }
 
     /// Locks, calls `work` and unlocks. Not for signals: they could wait for their own thread.
     fn locked(work: impl FnOnce()) {
@@ -138,7 +152,10 @@ mod watch {
         MOST.store(most, Ordering::Relaxed);
         PAGE.store(rustix::param::page_size() as u64, Ordering::Relaxed);
         if METER.load(Ordering::Relaxed) < 0 {
-            let Ok(file) = std::fs::File::open("/proc/self/statm") else { return };
+            let Ok(file) = std::fs::File::open("/proc/self/statm") else {
+                log::warn!("/proc is not there, so mapped pages are left to the system");
+                return;
+            };
             // Open until the process ends.
             METER.store(file.into_raw_fd(), Ordering::Relaxed);
         }
@@ -179,6 +196,7 @@ mod watch {
             && IS_LOCKED.compare_exchange(false, true, Ordering::Acquire, Ordering::Relaxed).is_ok()
         {
             give_back();
+            TIMES_FULL.fetch_add(1, Ordering::Relaxed);
             IS_LOCKED.store(false, Ordering::Release);
         }
         // SAFETY: as above.

@@ -114,7 +114,12 @@ impl PackedScene {
 
     /// Maps an index and its scene, and validates them.
     ///
-    /// Cost: constant if they were validated before, else linear, on the threads of the caller's pool.
+    /// Cost: constant if they were validated before, else linear, on the threads of the caller's pool. Of processes that
+    /// open them at the same time, one validates, and the others wait.
+    ///
+    /// # While they are open
+    /// Nobody may write to the files or cut them short, as for [`IndexFile`](crate::IndexFile). `pack` does not: it puts
+    /// other files in their place, and those that are open stay as they are.
     ///
     /// # Errors
     /// If a file cannot be read, is not what it should be, or was changed, or if both do not belong together.
@@ -135,8 +140,11 @@ impl PackedScene {
             Record::of(&files)
         };
         let before = record();
-        let is_known =
-            validation == Validation::Once && before.as_ref().is_some_and(Record::is_there);
+        let is_there =
+            || validation == Validation::Once && before.as_ref().is_some_and(Record::is_there);
+        // Who waited for another process finds its record.
+        let lock = if is_there() { None } else { before.as_ref().and_then(Record::lock) };
+        let is_known = is_there();
 
         // 2. The index, validated where there is no record.
         let bytes = file.bytes();
@@ -166,6 +174,7 @@ impl PackedScene {
         {
             before.write();
         }
+        drop(lock);
         Ok(Self { model, index: PackedIndex(file), is_validated_now: !is_known, scene })
     }
 

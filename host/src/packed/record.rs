@@ -8,7 +8,7 @@
 //! change is the system's: no program sets it, so a record cannot be made for a file that comes from elsewhere. The
 //! folder is this user's, and nobody else writes to it.
 
-use std::fs::Metadata;
+use std::fs::{File, Metadata};
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
@@ -16,7 +16,7 @@ use super::PROGRAM;
 use crate::files::output::write_file;
 
 /// Age of the youngest file that gets a record. The clock of files stands still for some milliseconds, in which a file
-/// may be changed once more without another time.
+/// may be changed once more without another time; and that of a disk elsewhere may differ from this machine's.
 const SETTLED: Duration = Duration::from_secs(2);
 
 /// Record of files, as they are.
@@ -48,6 +48,13 @@ impl Record {
     /// Tells whether the record is there.
     pub fn is_there(&self) -> bool {
         std::fs::read_to_string(&self.path).is_ok_and(|text| text == self.text)
+    }
+
+    /// Waits until no other process of this user holds the lock, and holds it until the result is dropped; `None` where
+    /// there are no locks. So of processes that start together, one validates.
+    pub fn lock(&self) -> Option<File> {
+        let file = File::create(self.path.with_extension("lock")).ok()?;
+        file.lock().ok().map(|()| file)
     }
 
     /// Writes the record, after the files were validated. Tells whether it is there now: a folder that cannot be written

@@ -4,7 +4,7 @@
 //! "ARBSCENE"                8 bytes
 //! byte order, version       u32 each, in the byte order of the machine that wrote them, as all numbers but the head's
 //! bytes of the head         u64
-//! BLAKE3 of what follows    32 bytes
+//! BLAKE3                    32 bytes: of the bytes of the head, as above, and of what follows
 //! zero                      8 bytes
 //! head: digest of the index, name, origin, lights    in the format of postcard
 //! columns: triangles, reflectances, colours, objects    by triangle; each begins at a multiple of 64 bytes
@@ -106,6 +106,13 @@ pub struct SceneFile {
     columns: usize,
 }
 
+/// Begins the digest of a file.
+fn hasher(head_bytes: u64) -> blake3::Hasher {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&head_bytes.to_ne_bytes());
+    hasher
+}
+
 /// Tells whether a byte order is that of the other machines.
 fn is_other_order(order: u32) -> bool {
     order == BYTE_ORDER.swap_bytes()
@@ -175,7 +182,7 @@ impl SceneParts<'_> {
             .collect();
 
         // 3. The file.
-        let mut hasher = blake3::Hasher::new();
+        let mut hasher = hasher(head_bytes as u64);
         for part in &body {
             hasher.update_rayon(part);
         }
@@ -212,6 +219,9 @@ impl SceneFile {
         if front.version != VERSION {
             return Err(PackedProblem::Version { found: front.version, read: VERSION });
         }
+        if front.zero != [0; 8] {
+            return Err(PackedProblem::Torn);
+        }
         let head_bytes = usize::try_from(front.head_bytes).map_err(|_| PackedProblem::Torn)?;
         let head = body.get(..head_bytes).ok_or(PackedProblem::Torn)?;
         let head: Head = postcard::from_bytes(head).map_err(|_| PackedProblem::Torn)?;
@@ -222,8 +232,9 @@ impl SceneFile {
 
     /// Checks that the file is as it was written. Cost: linear.
     pub fn check(&self) -> Result<(), PackedProblem> {
-        let body = &self.file.bytes()[size_of::<Front>()..];
-        let digest = blake3::Hasher::new().update_rayon(body).finalize();
+        let (front, body) = self.file.bytes().split_at(size_of::<Front>());
+        let front: Front = bytemuck::pod_read_unaligned(front);
+        let digest = hasher(front.head_bytes).update_rayon(body).finalize();
         if *digest.as_bytes() == self.digest { Ok(()) } else { Err(PackedProblem::Torn) }
     }
 

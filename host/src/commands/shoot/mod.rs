@@ -183,7 +183,7 @@ impl Shoot {
         if asked.into_iter().flatten().next().is_none() {
             return Ok(());
         }
-        let index = during("building the index again", index)?;
+        let index = during("the index for pictures", index)?;
         let index = index.index();
         self.write_surfaces(model, &index)?;
         if let Some(path) = &self.picture {
