@@ -109,8 +109,10 @@ impl BoundedPack<'_> {
                 during("validating", || AnyIndex::from_bytes_counted(view.bytes()))?;
             let digest = during("hashing", || on_few_threads(|| digest_of(&index)));
             show(&index, &statistics, &digest);
-            // The scene is renamed first, as in every pack: whoever opens both meanwhile finds that they do not match.
             if let Some(path) = self.scene {
+                // The scene is renamed first, as in every pack: whoever opens both meanwhile finds that they do not match.
+                // All that may fail is done before.
+                during("writing the index", || file.sync_all())?;
                 let triangles = cast(&triangles)?;
                 let parts = written.columns.scene(self.files.title(), origin, triangles);
                 let parts = parts.context("the scene was not streamed")?;
