@@ -1,7 +1,25 @@
-//! Parallel map whose result does not depend on the number of processors.
+//! Parallel map whose result does not depend on the number of processors; and an executor for builds.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+
+use arboleda::Executor;
+
+/// Executor that runs each second branch in a thread of its own.
+pub struct AtOnce;
+
+impl Executor for AtOnce {
+    fn join<A: Send, B: Send>(
+        &self,
+        a: impl FnOnce() -> A + Send,
+        b: impl FnOnce() -> B + Send,
+    ) -> (A, B) {
+        std::thread::scope(|scope| {
+            let b = scope.spawn(b);
+            (a(), b.join().expect("no branch panics"))
+        })
+    }
+}
 
 /// Calls `work` with each number below `count` and returns the results in order.
 ///

@@ -11,6 +11,7 @@ use arboleda::{
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::digest::Digest;
+use arboleda_tests::parallel::AtOnce;
 use arboleda_tests::{rays, scenes};
 
 /// Digest of the answers, the same for every kind.
@@ -84,22 +85,6 @@ impl Executor for Backwards {
     ) -> (A, B) {
         let b = b();
         (a(), b)
-    }
-}
-
-/// Executor that runs each second branch in a thread of its own.
-struct AtOnce;
-
-impl Executor for AtOnce {
-    fn join<A: Send, B: Send>(
-        &self,
-        a: impl FnOnce() -> A + Send,
-        b: impl FnOnce() -> B + Send,
-    ) -> (A, B) {
-        std::thread::scope(|scope| {
-            let b = scope.spawn(b);
-            (a(), b.join().expect("no branch panics"))
-        })
     }
 }
 

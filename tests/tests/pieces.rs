@@ -2,27 +2,12 @@
 
 use arboleda::kinds::{Clustered, Linear};
 use arboleda::{
-    AnyIndex, Block, BuildError, Executor, IndexKind, Mesh, MeshError, Options, PiecewiseBuild,
-    Scene, Triangle, Vec3, clusters,
+    AnyIndex, Block, BuildError, IndexKind, Mesh, MeshError, Options, PiecewiseBuild, Scene,
+    Triangle, Vec3, clusters,
 };
 use arboleda_tests::build::Built;
+use arboleda_tests::parallel::AtOnce;
 use arboleda_tests::{crowds, scenes};
-
-/// Executor that runs each branch in a thread.
-struct Threads;
-
-impl Executor for Threads {
-    fn join<A: Send, B: Send>(
-        &self,
-        a: impl FnOnce() -> A + Send,
-        b: impl FnOnce() -> B + Send,
-    ) -> (A, B) {
-        std::thread::scope(|scope| {
-            let b = scope.spawn(b);
-            (a(), b.join().expect("no branch panics"))
-        })
-    }
-}
 
 fn blocks(bytes: usize) -> Vec<Block> {
     vec![Block::ZERO; Block::count(bytes)]
@@ -42,7 +27,7 @@ fn in_pieces(
     least: usize,
 ) -> Result<(Vec<u8>, u64), BuildError> {
     let mut scratch = blocks(clusters::scratch_capacity(scene.triangles().len()));
-    let found = clusters::find_with(scene, options, Block::bytes(&mut scratch), &Threads)?;
+    let found = clusters::find_with(scene, options, Block::bytes(&mut scratch), &AtOnce)?;
     let needed = kind.memory_in_pieces(&found, options);
     let mut memory = blocks(needed);
     let memory = &mut Block::bytes(&mut memory)[..needed];

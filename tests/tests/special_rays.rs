@@ -89,30 +89,25 @@ fn is_at_most(limit: f64, what: &str, kind: IndexKind, ratio: f64) {
 const KINDS: [IndexKind; 4] =
     [IndexKind::WideBvh, IndexKind::LeanBvh, IndexKind::Bvh, IndexKind::KdTree];
 
-#[test]
-fn rays_on_grid_lines_take_little_longer_than_others() {
-    let triangles = height_field();
-    let (lines, tilted) = (on_grid_lines(), tilted());
+/// Asserts that rays take at most `limit` times as long as tilted ones, through every kind.
+fn take_at_most(limit: f64, what: &str, rays: &[Ray]) {
+    let (triangles, tilted) = (height_field(), tilted());
     for kind in KINDS {
         let built = Built::new(kind, &Scene::new(&triangles), &Options::default());
         let built = built.expect("it is built");
         let index = built.index();
-        let ratio = ratio(|| ask(&index, &lines), || ask(&index, &tilted));
-        is_at_most(8.0, "on grid lines", kind, ratio);
+        is_at_most(limit, what, kind, ratio(|| ask(&index, rays), || ask(&index, &tilted)));
     }
 }
 
 #[test]
+fn rays_on_grid_lines_take_little_longer_than_others() {
+    take_at_most(8.0, "on grid lines", &on_grid_lines());
+}
+
+#[test]
 fn rays_that_are_vertical_up_to_rounding_take_no_longer_than_others() {
-    let triangles = height_field();
-    let (vertical, tilted) = (nearly_vertical(), tilted());
-    for kind in KINDS {
-        let built = Built::new(kind, &Scene::new(&triangles), &Options::default());
-        let built = built.expect("it is built");
-        let index = built.index();
-        let ratio = ratio(|| ask(&index, &vertical), || ask(&index, &tilted));
-        is_at_most(3.0, "vertical up to rounding", kind, ratio);
-    }
+    take_at_most(3.0, "vertical up to rounding", &nearly_vertical());
 }
 
 #[test]
