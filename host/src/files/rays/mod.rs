@@ -33,6 +33,9 @@ pub const POINTS: Layout = Layout { columns: &[6], name: "points", shapes: "(N, 
 const LONGEST_HEADER: usize = 10_000;
 /// Most opening brackets in a header. A valid header has two: that of the dictionary and that of the shape.
 const MOST_BRACKETS: usize = 16;
+/// Most brackets inside each other: the dictionary, a list of fields, a field, its shape. The crate `npyz` takes several
+/// times as long for each.
+const MOST_NESTED: usize = 4;
 
 /// Numbers of a file of rays, before rounding.
 #[derive(Clone, Debug, PartialEq)]
@@ -149,6 +152,19 @@ fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
     let Some(text) = bytes.get(first..first + size) else { return invalid("it is cut off") };
     if text.iter().filter(|byte| b"([{".contains(byte)).count() > MOST_BRACKETS {
         return invalid("it has more brackets than an array of numbers needs");
+    }
+    let mut nested = 0_usize;
+    for byte in text {
+        match byte {
+            b'(' | b'[' | b'{' => nested += 1,
+            b')' | b']' | b'}' => nested = nested.saturating_sub(1),
+            _ => {}
+        }
+        if nested > MOST_NESTED {
+            return invalid(
+                "it has more brackets inside each other than an array of numbers needs",
+            );
+        }
     }
     // The product of all numbers in the header, among them those of the shape.
     let mut product: u64 = 1;
