@@ -165,7 +165,7 @@ pub mod custom {
     pub use crate::memory::{ALIGNMENT, Words};
     pub use crate::query::{BatchQuery, Query};
     pub use crate::structure::{
-        Described, DividedScene, Group, Local, LocalIndex, Sections, Structure,
+        ClusterBuild, Described, DividedScene, Group, Local, LocalIndex, Sections, Structure,
     };
 }
 

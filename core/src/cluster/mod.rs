@@ -32,7 +32,7 @@ use crate::memory::{Arena, put, size_of_slice};
 use dual_join::{Join, JoinAll, Part};
 use size_class::MOST_CLASSES;
 
-pub(crate) use join::{join, join_bytes};
+pub(crate) use join::join_bytes;
 pub use node::{ClusterNode, NodeId};
 pub use tree::{ClusterTree, TreeNode};
 
@@ -53,6 +53,11 @@ impl Clusters<'_> {
     /// The number of clusters.
     pub fn count(&self) -> usize {
         self.ends.len()
+    }
+
+    /// The number of nodes of the tree over the clusters.
+    pub(crate) fn node_count(&self) -> usize {
+        (2 * self.count()).saturating_sub(1)
     }
 
     /// The number of triangles in all clusters.
@@ -91,6 +96,21 @@ impl Clusters<'_> {
         let ends = start.zip(self.ends.get(cluster).copied());
         ends.and_then(|(start, end)| self.order.get(start as usize..end as usize)).unwrap_or(&[])
     }
+}
+
+/// Makes the tree over clusters, in as many nodes as [`Clusters::node_count`] says. `None` if the scratch is below
+/// [`join_bytes`].
+pub(crate) fn make_tree(
+    triangles: Mesh<'_>,
+    clusters: &Clusters<'_>,
+    nodes: &mut [ClusterNode],
+    scratch: &mut [u8],
+) -> Option<()> {
+    for (leaf, ids) in nodes.iter_mut().zip(clusters.iter()) {
+        let bounds = bounds_of(triangles, ids);
+        *leaf = ClusterNode { bounds, links: [0; 2], parent: NodeId::NONE };
+    }
+    join::join(nodes, clusters.count(), scratch)
 }
 
 /// The smallest box around some triangles.

@@ -37,7 +37,7 @@ use stepwise::is_in_pieces;
 pub use stepwise::{Piece, PiecewiseBuild};
 pub use stored::{Storage, Stored};
 
-use crate::cluster::{self, ClusterNode, ClusterTree, NodeId};
+use crate::cluster::{self, ClusterNode, ClusterTree};
 use crate::error::{BuildError, OpenError};
 use crate::input::{Executor, Mesh, Options, Scene, Sequential, SimdLevel};
 use crate::memory::{Arena, Words};
@@ -197,20 +197,15 @@ impl<'a, R: Representation> Index<'a, R> {
 
         // 3. Join the clusters into the cluster tree, in its section of the arena. If the build only counts, a
         // structure that reads the tree gets one in the scratch, and any other structure gets none.
-        let node_count = (2 * clusters.count()).saturating_sub(1);
         let mut scratch = Arena::new(scratch).ok_or(scratch_full)?;
         let nodes = if own_nodes.is_empty() && R::Structure::READS_TREE {
-            scratch.take::<ClusterNode>(node_count).ok_or(scratch_full)?
+            scratch.take::<ClusterNode>(clusters.node_count()).ok_or(scratch_full)?
         } else {
             own_nodes
         };
         let scratch = scratch.into_rest();
         if !nodes.is_empty() {
-            for (leaf, ids) in nodes.iter_mut().zip(clusters.iter()) {
-                let bounds = cluster::bounds_of(triangles, ids);
-                *leaf = ClusterNode { bounds, links: [0; 2], parent: NodeId::NONE };
-            }
-            cluster::join(nodes, clusters.count(), scratch).ok_or(scratch_full)?;
+            cluster::make_tree(triangles, &clusters, nodes, scratch).ok_or(scratch_full)?;
         }
 
         // 4. Build the structure.

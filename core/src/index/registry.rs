@@ -270,9 +270,7 @@ macro_rules! registry {
                     })*)*
                 }
             }
-        }
 
-        impl IndexKind {
             /// Opens the bytes of an index by its header alone.
             pub(super) fn view(self, bytes: &[u8]) -> Result<AnyIndex<'_>, OpenError> {
                 let sections = Sections::view(bytes, None)?;

@@ -11,7 +11,8 @@ use crate::input::{Executor, Options, SimdLevel};
 use crate::memory::Words;
 use crate::query::Query;
 use crate::structure::{
-    DividedScene, Group, Local, LocalIndex, Representation, Sections, Statistics, Structure,
+    ClusterBuild, DividedScene, Group, Local, LocalIndex, Representation, Sections, Statistics,
+    Structure,
 };
 
 /// Hierarchy: a structure `S` over the clusters of the scene.
@@ -28,7 +29,7 @@ impl<S: Structure> Representation for Clustered<S> {
 
 impl<L: LocalIndex> Structure for L {
     const READS_TREE: bool = false;
-    const IN_PIECES: bool = true;
+    const BUILD_CLUSTER: Option<ClusterBuild> = Some(L::build);
 
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize {
         L::scratch_bytes(triangle_count, options)
@@ -54,15 +55,6 @@ impl<L: LocalIndex> Structure for L {
             }
         }
         Ok(())
-    }
-
-    fn build_cluster(
-        cluster: &Group<'_>,
-        options: &Options,
-        words: &mut Words<'_>,
-        scratch: &mut [u8],
-    ) -> Result<(), BuildError> {
-        L::build(cluster, options, words, scratch)
     }
 
     #[inline]

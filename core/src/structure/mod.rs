@@ -83,6 +83,10 @@ pub trait LocalIndex: Described {
     fn check(local: &Local<'_>) -> Option<Statistics>;
 }
 
+/// Build of the local index of one cluster; see [`LocalIndex::build`].
+pub type ClusterBuild =
+    fn(&Group<'_>, &Options, &mut Words<'_>, &mut [u8]) -> Result<(), BuildError>;
+
 /// Spatial index over all clusters of a scene.
 ///
 /// Every [`LocalIndex`] is a structure: one local index for each cluster, below the cluster tree. An index that joins
@@ -93,8 +97,9 @@ pub trait Structure: Described {
     /// True if `build` reads the cluster tree. If false, a dry run makes no tree, and [`DividedScene::nodes`] is empty
     /// in it.
     const READS_TREE: bool = true;
-    /// True if each cluster has words of its own, which [`Structure::build_cluster`] writes.
-    const IN_PIECES: bool = false;
+    /// Function that writes the words of one cluster, for a [build in pieces](crate::PiecewiseBuild); `None` if the words
+    /// are those of all clusters together.
+    const BUILD_CLUSTER: Option<ClusterBuild> = None;
 
     /// Bounds the scratch bytes that the build for `triangle_count` triangles needs, whatever the clusters.
     fn scratch_bytes(triangle_count: usize, options: &Options) -> usize;
@@ -112,19 +117,6 @@ pub trait Structure: Described {
         scratch: &mut [u8],
         executor: &impl Executor,
     ) -> Result<(), BuildError>;
-
-    /// Writes the words of one cluster, for a [build in pieces](crate::PiecewiseBuild).
-    ///
-    /// # Errors
-    /// [`BuildError::NotInPieces`] if the words are those of all clusters together; the errors of the build.
-    fn build_cluster(
-        _cluster: &Group<'_>,
-        _options: &Options,
-        _words: &mut Words<'_>,
-        _scratch: &mut [u8],
-    ) -> Result<(), BuildError> {
-        Err(BuildError::NotInPieces { kind: Self::HIERARCHY_NAME })
-    }
 
     /// Shows `query` the triangles near its ray, until the query knows the answer.
     fn traverse<Q: Query>(sections: &Sections<'_>, simd_level: SimdLevel, query: &mut Q);

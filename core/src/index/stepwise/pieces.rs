@@ -1,15 +1,12 @@
 //! Build of a hierarchy in pieces, for an index that is larger than the memory.
 
 use super::whole_words;
-use crate::cluster::{self, ClusterNode, Clusters, NodeId};
+use crate::cluster::{self, ClusterNode, Clusters};
 use crate::error::BuildError;
 use crate::input::{Options, Scene};
 use crate::memory::{ALIGNMENT, Arena, Words, size_of_slice};
 use crate::structure::sections::{HEADER_BYTES, Layout, MESH_BESIDE, encode_header};
-use crate::structure::{Described, Group, Representation, Structure};
-
-/// Function that builds the local index of a cluster: [`Structure::build_cluster`].
-type ClusterBuild = fn(&Group<'_>, &Options, &mut Words<'_>, &mut [u8]) -> Result<(), BuildError>;
+use crate::structure::{ClusterBuild, Described, Group, Representation, Structure};
 
 /// Run of the bytes of an index, and where it belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,8 +24,9 @@ pub struct Piece<'w> {
 /// bytes:  | header | triangles | cluster tree | words of cluster 0 | of cluster 1 | ...
 /// order:      4          any          3                 1                 2
 /// ```
-/// The bytes are those of [`Index::build`](crate::Index::build), where [`Options::work_limit`] is `None`: an automatic grid
-/// is planned for the steps that are left, which are others in another order. The caller writes each [`Piece`] where it belongs:
+/// The bytes are those of [`Index::build`](crate::Index::build), where [`Options::work_limit`] is `None`: an automatic
+/// grid is planned for the steps that are left, which are others in another order. The caller writes each [`Piece`]
+/// where it belongs:
 ///
 /// 1. The triangles, as they lie in memory, from [`triangles_offset`](Self::triangles_offset) on; none if the scene
 ///    lies [beside](Scene::beside) them. Their bytes are those of a slice of [`Triangle`](crate::Triangle).
@@ -99,7 +97,7 @@ impl<'a, 's> PiecewiseBuild<'a, 's> {
         let (join, build) =
             (cluster::join_bytes(clusters.count()), R::Structure::scratch_bytes(largest, options));
         size_of_slice::<u8>(HEADER_BYTES)
-            .saturating_add(size_of_slice::<ClusterNode>(node_count(clusters)))
+            .saturating_add(size_of_slice::<ClusterNode>(clusters.node_count()))
             .saturating_add(join.max(build))
     }
 
@@ -121,9 +119,9 @@ impl<'a, 's> PiecewiseBuild<'a, 's> {
         clusters: &'s Clusters<'s>,
         memory: &'s mut [u8],
     ) -> Result<Self, BuildError> {
-        if !is_in_pieces::<R>() {
+        let Some(build) = R::Structure::BUILD_CLUSTER.filter(|_| R::CLUSTERED) else {
             return Err(BuildError::NotInPieces { kind: R::NAME });
-        }
+        };
         scene.check()?;
         options.check()?;
         let (triangles, clustered) = (scene.triangles.len(), clusters.triangle_count());
@@ -138,19 +136,15 @@ impl<'a, 's> PiecewiseBuild<'a, 's> {
         }
         let mut arena = Arena::new(memory).ok_or(BuildError::Misaligned)?;
         let header = arena.take::<u8>(HEADER_BYTES).ok_or(full)?;
-        let nodes = arena.take::<ClusterNode>(node_count(clusters)).ok_or(full)?;
+        let nodes = arena.take::<ClusterNode>(clusters.node_count()).ok_or(full)?;
         let scratch = arena.into_rest();
-        for (leaf, ids) in nodes.iter_mut().zip(clusters.iter()) {
-            let bounds = cluster::bounds_of(scene.triangles, ids);
-            *leaf = ClusterNode { bounds, links: [0; 2], parent: NodeId::NONE };
-        }
-        cluster::join(nodes, clusters.count(), scratch).ok_or(full)?;
+        cluster::make_tree(scene.triangles, clusters, nodes, scratch).ok_or(full)?;
         let format = if scene.beside { R::FORMAT | MESH_BESIDE } else { R::FORMAT };
         Ok(Self {
             scene: *scene,
             options,
             clusters,
-            build: R::Structure::build_cluster,
+            build,
             format,
             layout: Layout::new(format, triangles, clusters.count()),
             header,
@@ -262,12 +256,7 @@ impl core::fmt::Debug for PiecewiseBuild<'_, '_> {
 
 /// Tells whether an index can be built in pieces.
 pub(in crate::index) const fn is_in_pieces<R: Representation>() -> bool {
-    R::CLUSTERED && R::Structure::IN_PIECES
-}
-
-/// The number of nodes of the tree over clusters.
-fn node_count(clusters: &Clusters<'_>) -> usize {
-    (2 * clusters.count()).saturating_sub(1)
+    R::CLUSTERED && R::Structure::BUILD_CLUSTER.is_some()
 }
 
 // The header fills its section.
