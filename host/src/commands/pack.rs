@@ -65,12 +65,13 @@ impl Pack {
         let kind = self.index.kind(&scene, &options)?;
         let owned = build_index(kind, &scene, &options, &Threads::default())?;
         let index = owned.index();
-        if self.index_only {
+        let digest = if self.index_only {
             write_file(&self.out, |file| file.write_all(index.as_bytes()))?;
+            digest_of(&index)
         } else {
-            PackedScene::write(&self.out, &model, &index)?;
-        }
-        say!("{}", describe_index(&self.out, &index, &index.check()?, &digest_of(&index)));
+            PackedScene::write(&self.out, &model, &index)?
+        };
+        say!("{}", describe_index(&self.out, &index, &index.check()?, &digest));
         self.tell_of_scene(model.origin);
         Ok(())
     }

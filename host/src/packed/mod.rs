@@ -85,11 +85,12 @@ impl PackedIndex {
 }
 
 impl PackedScene {
-    /// Writes an index, and its scene beside it.
+    /// Writes an index, and its scene beside it. Returns the BLAKE3 of the index.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn write(path: &Path, model: &Model, index: &AnyIndex<'_>) -> anyhow::Result<()> {
+    pub fn write(path: &Path, model: &Model, index: &AnyIndex<'_>) -> anyhow::Result<blake3::Hash> {
+        let digest = digest_of(index);
         // Whoever opens them meanwhile finds a pair that does not match.
         SceneParts {
             name: &model.name,
@@ -108,8 +109,9 @@ impl PackedScene {
                 bytes: &name_bytes(&model.object_names)?,
             },
         }
-        .write(&scene_path(path), index, &digest_of(index))?;
-        write_file(path, |file| file.write_all(index.as_bytes()))
+        .write(&scene_path(path), index, &digest)?;
+        write_file(path, |file| file.write_all(index.as_bytes()))?;
+        Ok(digest)
     }
 
     /// Maps an index and its scene, and validates them.
