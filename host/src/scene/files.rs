@@ -99,20 +99,16 @@ impl SceneFiles {
         mut take: impl FnMut(&Path, Model) -> Result<(), E>,
     ) -> Result<[f64; 3], E> {
         // 1. The origin of all files.
-        let point = match origin {
-            Origin::Unchanged => [0.0; 3],
-            Origin::At(point) => point,
-            Origin::Automatic => {
-                let mut extent = Extent::default();
-                for path in &self.paths {
-                    match formats::read_file(path) {
-                        Ok(surface) => surface.extend(&mut extent),
-                        Err(error) => self.tolerate(error)?,
-                    }
+        let mut extent = Extent::default();
+        if origin == Origin::Automatic {
+            for path in &self.paths {
+                match formats::read_file(path) {
+                    Ok(surface) => extent.join(&surface.extent()),
+                    Err(error) => self.tolerate(error)?,
                 }
-                extent.middle()
             }
-        };
+        }
+        let point = origin.point(|| extent);
         // 2. The files.
         let mut loss = RoundingLoss::default();
         let (mut is_empty, mut first_empty) = (true, None);
@@ -141,13 +137,7 @@ impl SceneFiles {
         if let Some(warning) = loss.warning() {
             log::warn!("{}: {warning}", self.title);
         }
-        if origin != Origin::Unchanged {
-            let [x, y, z] = point;
-            log::info!(
-                "{}: origin {x},{y},{z} subtracted; add it to printed positions to get the files' coordinates",
-                self.title
-            );
-        }
+        origin.log(&self.title, point, "the files'");
         Ok(point)
     }
 

@@ -32,13 +32,7 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
     for warning in &import.warnings {
         log::warn!("{warning}");
     }
-    let [x, y, z] = import.model.origin;
-    if origin != Origin::Unchanged {
-        log::info!(
-            "{}: origin {x},{y},{z} subtracted; add it to printed positions to get the file's coordinates",
-            path.display()
-        );
-    }
+    origin.log(path.display(), import.model.origin, "the file's");
     Ok(import.model)
 }
 

@@ -132,11 +132,9 @@ impl Surface {
         &self.positions
     }
 
-    /// Adds the vertices of faces to an extent.
-    pub(super) fn extend(&self, extent: &mut Extent) {
-        for &corner in &self.corners {
-            extent.add(&self.positions[corner as usize]);
-        }
+    /// The box of the vertices of faces.
+    pub(super) fn extent(&self) -> Extent {
+        Extent::of(self.corners.iter().map(|&corner| &self.positions[corner as usize]))
     }
 
     /// Iterates over the faces in the order of the file. A face is three or more indices into

@@ -41,16 +41,22 @@ impl FromStr for Origin {
 }
 
 impl Origin {
-    /// Computes the point for the given vertices. Vertices that are not finite are ignored.
-    pub(super) fn point<'p>(self, positions: impl Iterator<Item = &'p [f64; 3]>) -> [f64; 3] {
+    /// Computes the point for vertices, whose extent is asked for only if it matters.
+    pub(in crate::scene) fn point(self, extent: impl FnOnce() -> Extent) -> [f64; 3] {
         match self {
             Self::Unchanged => [0.0; 3],
             Self::At(point) => point,
-            Self::Automatic => {
-                let mut extent = Extent::default();
-                positions.for_each(|position| extent.add(position));
-                extent.middle()
-            }
+            Self::Automatic => extent().middle(),
+        }
+    }
+
+    /// Logs the point that was subtracted from the coordinates of a scene; `owner` is whose they are. Nothing is said if
+    /// none was asked for.
+    pub(in crate::scene) fn log(self, scene: impl fmt::Display, [x, y, z]: [f64; 3], owner: &str) {
+        if self != Self::Unchanged {
+            log::info!(
+                "{scene}: origin {x},{y},{z} subtracted; add it to printed positions to get {owner} coordinates"
+            );
         }
     }
 }
@@ -69,6 +75,13 @@ impl Default for Extent {
 }
 
 impl Extent {
+    /// The box of some points.
+    pub fn of<'p>(positions: impl Iterator<Item = &'p [f64; 3]>) -> Self {
+        let mut extent = Self::default();
+        positions.for_each(|position| extent.add(position));
+        extent
+    }
+
     /// Adds a point.
     pub fn add(&mut self, position: &[f64; 3]) {
         let most = f64::from(f32::MAX);
@@ -81,10 +94,37 @@ impl Extent {
         }
     }
 
+    /// Adds all points of another extent.
+    pub fn join(&mut self, other: &Self) {
+        self.add(&other.lo);
+        self.add(&other.hi);
+    }
+
     /// Computes the centre, rounded to a power of ten of at most a tenth of the longest side, so that it is short to
     /// write.
     pub fn middle(&self) -> [f64; 3] {
-        middle(self.lo, self.hi)
+        let Self { lo, hi } = *self;
+        if lo[0] > hi[0] {
+            return [0.0; 3];
+        }
+        let longest = (0..3).map(|axis| hi[axis] - lo[axis]).fold(0.0, f64::max);
+        // Powers of ten up to 10^22 are exact, so the quotient is the f64 nearest to a short decimal. The logarithm is that
+        // of `libm`, the same on every machine.
+        let digits = if longest > 0.0 {
+            (1.0 - libm::log10(longest).floor()).clamp(-22.0, 22.0)
+        } else {
+            3.0
+        };
+        let power = (0..digits.abs() as u32).fold(1.0, |power, _| power * 10.0);
+        [0, 1, 2].map(|axis| {
+            let centre = lo[axis] / 2.0 + hi[axis] / 2.0;
+            let rounded = if digits >= 0.0 {
+                (centre * power).round() / power
+            } else {
+                (centre / power).round() * power
+            };
+            if rounded.is_finite() { rounded } else { centre }
+        })
     }
 
     /// Computes the largest distance of a coordinate from those of a point.
@@ -94,27 +134,6 @@ impl Extent {
         };
         (0..3).map(of_axis).fold(0.0, f64::max)
     }
-}
-
-fn middle(lo: [f64; 3], hi: [f64; 3]) -> [f64; 3] {
-    if lo[0] > hi[0] {
-        return [0.0; 3];
-    }
-    let longest = (0..3).map(|axis| hi[axis] - lo[axis]).fold(0.0, f64::max);
-    // Powers of ten up to 10^22 are exact, so the quotient is the f64 nearest to a short decimal. The logarithm is that
-    // of `libm`, the same on every machine.
-    let digits =
-        if longest > 0.0 { (1.0 - libm::log10(longest).floor()).clamp(-22.0, 22.0) } else { 3.0 };
-    let power = (0..digits.abs() as u32).fold(1.0, |power, _| power * 10.0);
-    [0, 1, 2].map(|axis| {
-        let centre = lo[axis] / 2.0 + hi[axis] / 2.0;
-        let rounded = if digits >= 0.0 {
-            (centre * power).round() / power
-        } else {
-            (centre / power).round() * power
-        };
-        if rounded.is_finite() { rounded } else { centre }
-    })
 }
 
 /// Point in the notation of the command line.
@@ -145,13 +164,18 @@ mod tests {
     fn the_automatic_origin_is_short_and_central() {
         let points =
             [[500_000.13, 4_649_776.22, -3.0], [500_010.33, 4_649_780.0, 1.0], [f64::NAN; 3]];
-        let origin = Origin::Automatic.point(points.iter());
+        let origin = Origin::Automatic.point(|| Extent::of(points.iter()));
         assert_eq!(origin, [500_005.0, 4_649_778.0, -1.0]);
         assert_eq!(Written(origin).to_string(), "500005,4649778,-1");
-        assert_eq!(Origin::Automatic.point([].iter()), [0.0; 3]);
+        assert_eq!(Origin::Automatic.point(|| Extent::of([].iter())), [0.0; 3]);
         // A single point, then a tiny scene far from the origin.
-        assert_eq!(Origin::Automatic.point([[7.25, 0.0, 1e9]].iter()), [7.25, 0.0, 1e9]);
+        assert_eq!(
+            Origin::Automatic.point(|| Extent::of([[7.25, 0.0, 1e9]].iter())),
+            [7.25, 0.0, 1e9]
+        );
         let tiny = [[1.0, 0.0, 0.0], [1.000_001, 0.0, 0.0]];
-        assert!((Origin::Automatic.point(tiny.iter())[0] - 1.000_000_5).abs() < 2e-7);
+        assert!(
+            (Origin::Automatic.point(|| Extent::of(tiny.iter()))[0] - 1.000_000_5).abs() < 2e-7
+        );
     }
 }

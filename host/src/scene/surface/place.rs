@@ -26,8 +26,7 @@ impl Surface {
     /// # Errors
     /// [`SceneError::NoFiniteFaces`] if all faces are omitted.
     pub fn place(self, origin: Origin) -> Result<Import, SceneError> {
-        let used = self.corners.iter().map(|&corner| &self.positions[corner as usize]);
-        let point = origin.point(used);
+        let point = origin.point(|| self.extent());
         self.place_at(point, None)
     }
 

@@ -4,8 +4,10 @@
 //! vanishes or becomes five times as thick. The loss is measured relative to the median edge, so the unit of the file
 //! does not matter.
 
-use super::Surface;
-use super::origin::{Origin, Written};
+use std::fmt;
+
+use super::origin::Written;
+use super::{Extent, Surface};
 
 /// Largest loss without a warning, as a share of the median edge. It is far below what the eye sees and what surveys
 /// measure, and far above the loss of decimals in files of usual extent, one part in ten million.
@@ -36,10 +38,10 @@ pub(super) fn warning(surface: &Surface, origin: [f64; 3]) -> Option<String> {
         return None;
     }
     // 2. The loss that remains with the automatic origin.
-    let better = Origin::Automatic.point(of(surface, &used));
+    let better = Extent::of(of(surface, &used)).middle();
     let cured = loss(surface, &used, better, tolerated);
     let cure = if cured.moved == 0 {
-        format!("`--origin auto`, or `--origin {}`, keeps them apart", Written(better))
+        whole_cure(better)
     } else if cured.farthest < 0.5 * now.farthest {
         format!(
             "`--origin auto` or `--origin {}` leaves {} vertices moved by up to {:.2e}",
@@ -48,16 +50,32 @@ pub(super) fn warning(surface: &Surface, origin: [f64; 3]) -> Option<String> {
             cured.farthest
         )
     } else {
-        "no `--origin` helps: the scene is too large for its edges".into()
+        NO_CURE.into()
     };
-    Some(format!(
-        "rounded to 32 bits, {} of {} vertices move by up to {:.2e}, {:.2}% of the median edge \
-         ({median:.3e}); {cure}",
-        now.moved,
-        now.vertices,
-        now.farthest,
-        now.farthest / median * 100.0,
-    ))
+    let moved = format_args!("{} of {}", now.moved, now.vertices);
+    Some(warning_of(moved, now.farthest, median, &cure))
+}
+
+/// Remedy that loses nothing: another origin.
+pub(super) fn whole_cure(origin: [f64; 3]) -> String {
+    format!("`--origin auto`, or `--origin {}`, keeps them apart", Written(origin))
+}
+
+/// What is said where there is no remedy.
+pub(super) const NO_CURE: &str = "no `--origin` helps: the scene is too large for its edges";
+
+/// Describes a loss: how many vertices move, by how much, and the remedy.
+pub(super) fn warning_of(
+    moved: fmt::Arguments<'_>,
+    farthest: f64,
+    median: f64,
+    cure: &str,
+) -> String {
+    let share = farthest / median * 100.0;
+    format!(
+        "rounded to 32 bits, {moved} vertices move by up to {farthest:.2e}, {share:.2}% of the median edge \
+         ({median:.3e}); {cure}"
+    )
 }
 
 pub(super) fn used_vertices(surface: &Surface) -> Vec<bool> {

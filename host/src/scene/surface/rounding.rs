@@ -5,7 +5,10 @@
 //! displacement is exact.
 
 use super::origin::Written;
-use super::precision::{TOLERATED_SHARE, displacement, for_each_edge, of, used_vertices};
+use super::precision::{
+    NO_CURE, TOLERATED_SHARE, displacement, for_each_edge, of, used_vertices, warning_of,
+    whole_cure,
+};
 use super::{Extent, Surface};
 
 /// Loss by rounding in the files of a scene.
@@ -50,22 +53,17 @@ impl RoundingLoss {
         let better = self.extent.middle();
         let most = self.extent.farthest_from(better) / f64::from(1 << 24);
         let cure = if most <= tolerated {
-            format!("`--origin auto`, or `--origin {}`, keeps them apart", Written(better))
+            whole_cure(better)
         } else if most < 0.5 * self.farthest {
             format!(
                 "with `--origin auto` or `--origin {}` they move by at most {most:.2e}",
                 Written(better)
             )
         } else {
-            "no `--origin` helps: the scene is too large for its edges".into()
+            NO_CURE.into()
         };
-        Some(format!(
-            "rounded to 32 bits, about {moved} of {} vertices move by up to {:.2e}, {:.2}% of the median edge \
-             ({median:.3e}); {cure}",
-            self.vertices,
-            self.farthest,
-            self.farthest / median * 100.0,
-        ))
+        let moved = format_args!("about {moved} of {}", self.vertices);
+        Some(warning_of(moved, self.farthest, median, &cure))
     }
 }
 
