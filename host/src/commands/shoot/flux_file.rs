@@ -35,5 +35,7 @@ pub fn write_flux(
     write_triangle_rows(path, &COLUMNS, hits.map(received), |row| {
         let Received { front_photons, back_photons, front_flux, back_flux } = *row;
         (front_photons, back_photons, front_flux, back_flux)
-    })
+    })?;
+    log::info!("photons and flux of each triangle: {}", path.display());
+    Ok(())
 }

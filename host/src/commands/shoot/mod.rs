@@ -153,7 +153,6 @@ impl Shoot {
             let counts = shot.hit_counts.iter().zip(&shot.front_hit_counts);
             let hits = counts.map(|(both, &front)| [front, both - front]);
             write_flux(path, hits, shot.balance.photon_flux())?;
-            log::info!("photons and flux of each triangle: {}", path.display());
         }
         let index = || match packed {
             Some(packed) => Ok(SceneIndex::Packed(packed)),

@@ -52,7 +52,6 @@ impl Shoot {
         if let PartSums::Shot(sums) = merged.all.sums {
             if let Some(path) = &self.out {
                 write_flux(path, sums.hits.iter().copied(), sums.balance.photon_flux())?;
-                log::info!("photons and flux of each triangle: {}", path.display());
             }
             print_balance(&sums.balance);
             print_digest(sums.balance.emitted, sums.digest(), name);

@@ -150,21 +150,20 @@ fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
         return invalid("it is longer than 10,000 bytes");
     }
     let Some(text) = bytes.get(first..first + size) else { return invalid("it is cut off") };
-    if text.iter().filter(|byte| b"([{".contains(byte)).count() > MOST_BRACKETS {
-        return invalid("it has more brackets than an array of numbers needs");
-    }
-    let mut nested = 0_usize;
+    let (mut brackets, mut open, mut most_open) = (0, 0_usize, 0);
     for byte in text {
         match byte {
-            b'(' | b'[' | b'{' => nested += 1,
-            b')' | b']' | b'}' => nested = nested.saturating_sub(1),
+            b'(' | b'[' | b'{' => (brackets, open) = (brackets + 1, open + 1),
+            b')' | b']' | b'}' => open = open.saturating_sub(1),
             _ => {}
         }
-        if nested > MOST_NESTED {
-            return invalid(
-                "it has more brackets inside each other than an array of numbers needs",
-            );
-        }
+        most_open = most_open.max(open);
+    }
+    if brackets > MOST_BRACKETS {
+        return invalid("it has more brackets than an array of numbers needs");
+    }
+    if most_open > MOST_NESTED {
+        return invalid("it has more brackets inside each other than an array of numbers needs");
     }
     // The product of all numbers in the header, among them those of the shape.
     let mut product: u64 = 1;

@@ -83,20 +83,13 @@ mod system {
     }
 }
 
-/// Other systems do not tell, and MPI does not bind there: the processors count as shared by all.
+/// Other systems do not tell, and MPI does not bind there: nothing is known of the processors.
 #[cfg(not(target_os = "linux"))]
 mod system {
-    use std::num::NonZero;
-
     use super::Mask;
 
     pub fn own() -> Mask {
-        let count = std::thread::available_parallelism().map_or(1, NonZero::get);
-        let mut mask = Mask::default();
-        for processor in 0..count.min(64 * mask.len()) {
-            mask[processor / 64] |= 1 << (processor % 64);
-        }
-        mask
+        Mask::default()
     }
 
     pub fn take_those_of_parent() {}
