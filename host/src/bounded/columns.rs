@@ -20,7 +20,7 @@ use crate::scene::{AreaLight, Model};
 /// Emitters or names that are converted at once.
 const SOME: usize = 1 << 12;
 
-/// What of a scene is streamed beside its triangles.
+/// Columns that are streamed beside the triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
     /// Nothing.
@@ -64,7 +64,7 @@ pub struct Columns<B> {
     rest: Option<Rest<B>>,
 }
 
-/// What only the scene's file has.
+/// Columns and lists that only the scene's file has.
 struct Rest<B> {
     /// Reflectance of each triangle, `f32`.
     reflectance: B,

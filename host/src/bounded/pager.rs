@@ -54,7 +54,7 @@ impl Pager {
         watch::release();
     }
 
-    /// Tells how often pages were given back because the memory was full.
+    /// Returns the number of times that pages were given back because the memory was full.
     #[cfg(all(test, target_os = "linux"))]
     pub fn times_full() -> u64 {
         watch::times_full()
@@ -108,10 +108,10 @@ mod watch {
     /// File in which the system tells the resident memory; negative until it is open.
     static METER: AtomicI32 = AtomicI32::new(-1);
     static PAGE: AtomicU64 = AtomicU64::new(4096);
-    /// How often pages were given back because the memory was full.
+    /// Number of times that pages were given back because the memory was full.
     static TIMES_FULL: AtomicU64 = AtomicU64::new(0);
 
-    /// Tells how often pages were given back because the memory was full.
+    /// Returns the number of times that pages were given back because the memory was full.
     #[cfg(test)]
     pub fn times_full() -> u64 {
         TIMES_FULL.load(Ordering::Relaxed)

@@ -109,7 +109,7 @@ mod system {
         format!("{:x}-{:x}", file.dev(), file.ino())
     }
 
-    /// What is another if the file is another, or was changed.
+    /// The identity of a file with its contents: another one if the file is another, or was changed.
     pub fn identity(file: &Metadata) -> Option<String> {
         let written = (file.mtime(), file.mtime_nsec());
         let changed = (file.ctime(), file.ctime_nsec());

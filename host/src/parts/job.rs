@@ -109,8 +109,7 @@ impl Job {
         (!same).then(|| "other options".to_owned())
     }
 
-    /// Tells whether the segments of all paths have numbers of 64 bits. Then no sum over photons wraps, however the job
-    /// is cut.
+    /// Tells whether 64 bits can count the segments of all paths. Then no sum over photons wraps, however the job is cut.
     pub fn is_countable(&self) -> bool {
         let segments = u128::from(self.photons) * (u128::from(self.max_bounces) + 1);
         segments <= u64::MAX.into()

@@ -181,9 +181,9 @@ impl PhotonMap {
 /// Unit normals of triangles; zero without area.
 #[derive(Clone, Debug)]
 enum Normals {
-    /// Of each triangle, by id.
+    /// Table with a normal for each triangle, by id.
     Table(Vec<Vector64>),
-    /// Computed when they are asked for. Triangles of a file that processes share may be far more than photons, and the
+    /// Triangles, whose normals are computed when they are asked for. Triangles of a file that processes share may be far more than photons, and the
     /// table would take 24 bytes of each process for each.
     Computed(Column<Triangle>),
 }

@@ -327,7 +327,8 @@ struct Finder<'c> {
 impl Visitor for Finder<'_> {
     type State = Met;
 
-    /// For each of up to 16 threads 8,192 photons, some 3 MB: their segments, and 8 bytes for each carrier that a segment meets.
+    /// For each of up to 16 threads 8,192 photons, some 3 MB: their segments, and 8 bytes for each carrier that a segment
+    /// meets.
     fn chunks_at_once(&self) -> u64 {
         (8 * rayon::current_num_threads() as u64).min(128)
     }

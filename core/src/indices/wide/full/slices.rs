@@ -27,7 +27,7 @@ pub(crate) struct SlicedWords<'s> {
     stage: Stage,
 }
 
-/// What is done next. The stages after the first are the phases of `emit`.
+/// Stage of the build: the work that the next slice begins with. Those after the first are the phases of `emit`.
 #[derive(Clone, Copy)]
 enum Stage {
     Sort,

@@ -52,7 +52,9 @@ impl PartWork<'_> {
         let photons = arguments.photons(self.job.photons)?;
         ensure!(
             self.job.is_countable(),
-            "the segments of so many paths have no numbers of 64 bits"
+            "the paths of {} photons with up to {} bounces may have more than 2^64 segments, which 64 bits cannot count",
+            self.job.photons,
+            self.job.max_bounces
         );
         #[cfg(feature = "mpi")]
         if team != Team::Alone {

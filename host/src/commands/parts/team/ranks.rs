@@ -91,18 +91,19 @@ pub fn abort() -> ! {
     SimpleCommunicator::world().abort(1)
 }
 
-/// What rank 0 did beside shooting; `growth.py` computes from it how many ranks are worth while.
+/// Times of rank 0 beside shooting, in all rounds. `growth.py` computes from them how many ranks are worth while.
 #[derive(Default)]
 pub struct Exchange {
-    /// Ranges handed out, and the time in which rank 0 spoke with ranks.
+    /// Number of ranges that were handed out.
     ranges: u64,
+    /// Time of receiving results of ranks and handing out ranges.
     speaking: Duration,
     /// Time of adding counts over all ranks.
     adding: Duration,
 }
 
 impl Exchange {
-    /// Says what it took.
+    /// Logs the times.
     pub fn log(&self) {
         let (ranks, ranges) = (SimpleCommunicator::world().size(), self.ranges);
         let [speaking, adding] =
