@@ -7,7 +7,7 @@ use std::process::Command;
 
 mod program;
 
-use program::{command_in, failure, folder, success, write_rays};
+use program::{command_line, failure, folder, same_bytes, success, write_rays};
 
 /// A room far from the origin of its coordinates, without a lid, of two colours and objects; one face shines.
 const ROOM: &str = "mtllib room.mtl
@@ -35,7 +35,8 @@ fn write_room(at: &Path) {
 
 /// Prepares the program, which keeps its records in the folder.
 fn command(at: &Path, line: &str) -> Command {
-    let mut command = command_in(at, &line.split_whitespace().collect::<Vec<_>>());
+    println!("{line}");
+    let mut command = command_line(at, line);
     command.env("XDG_RUNTIME_DIR", at.canonicalize().unwrap());
     command
 }
@@ -48,11 +49,10 @@ fn refused(at: &Path, line: &str) -> String {
     failure(&command(at, line).output().unwrap())
 }
 
-fn same_bytes(at: &Path, a: &str, b: &str, what: &str) {
-    assert!(
-        fs::read(at.join(a)).unwrap() == fs::read(at.join(b)).unwrap(),
-        "{what}: {a} is not {b}"
-    );
+/// Asserts that two runs of a job wrote the same, under two names in place of `O`.
+fn same_output(at: &Path, output: &str, a: &str, b: &str) {
+    let ending = if output.ends_with("pfm") { "npy.pfm" } else { "npy" };
+    same_bytes(at, &format!("{a}.{ending}"), &format!("{b}.{ending}"));
 }
 
 /// Commands, the photons of each, and how they name their output.
@@ -90,15 +90,13 @@ fn a_packed_scene_gives_the_bytes_of_its_scene() {
         // Nothing else is read.
         fs::rename(at.join("room.obj"), at.join("away.obj")).unwrap();
         for (number, (job, options, output)) in JOBS.into_iter().enumerate() {
-            let line =
-                format!("{job} --index-file room.arb {options} {}", outputs(output, "packed"));
-            run(at, &line);
-            let ending = if output.ends_with("pfm") { "npy.pfm" } else { "npy" };
-            same_bytes(at, &format!("packed.{ending}"), &format!("whole{number}.{ending}"), &line);
+            let packed = outputs(output, "packed");
+            run(at, &format!("{job} --index-file room.arb {options} {packed}"));
+            same_output(at, output, "packed", &format!("whole{number}"));
         }
         cast("--index-file room.arb", "packed");
         for file in ["h.npy", "p.npy", "n.npy", ".csv"] {
-            same_bytes(at, &format!("packed{file}"), &format!("whole{file}"), kind);
+            same_bytes(at, &format!("packed{file}"), &format!("whole{file}"));
         }
         fs::rename(at.join("away.obj"), at.join("room.obj")).unwrap();
     }
@@ -128,9 +126,9 @@ fn processes_share_a_packed_scene() {
     let at = folder.path();
     write_room(at);
     run(at, "pack room.obj --origin auto --index compact-bvh -o room.arb");
-    for (number, (job, options, output)) in JOBS.into_iter().enumerate() {
+    for (job, options, output) in JOBS {
         let whole = output.replace('O', "whole");
-        let output = output.replace('O', "merged");
+        let merged = output.replace('O', "merged");
         run(at, &format!("{job} room.obj --origin auto {options} {whole}"));
         let part = |part: u32, scene: &str| {
             let (start, end) = (part * 7_500, (part + 1) * 7_500);
@@ -147,15 +145,8 @@ fn processes_share_a_packed_scene() {
         // The first part says where the scene is; the merge may say it, too.
         let merges: &[&str] = if job == "shoot" { &[""] } else { &["", "--index-file room.arb"] };
         for more in merges {
-            let line = format!("merge 3.part 0.part 2.part 1.part {output} {more}");
-            run(at, &line);
-            let ending = if output.ends_with("pfm") { "npy.pfm" } else { "npy" };
-            same_bytes(
-                at,
-                &format!("merged.{ending}"),
-                &format!("whole.{ending}"),
-                &format!("{number} {line}"),
-            );
+            run(at, &format!("merge 3.part 0.part 2.part 1.part {merged} {more}"));
+            same_output(at, output, "merged", "whole");
         }
     }
 }

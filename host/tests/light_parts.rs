@@ -5,7 +5,7 @@ use std::path::Path;
 
 mod program;
 
-use program::{failure, folder, run_in, success, write_rays};
+use program::{command_line, failure, folder, same_bytes, success, write_rays};
 
 /// A room without a lid, whose walls have two colours.
 const ROOM: &str = "mtllib room.mtl
@@ -29,20 +29,16 @@ fn write_room(at: &Path) {
 }
 
 fn run(at: &Path, line: &str) -> String {
-    success(&run_in(at, &line.split_whitespace().collect::<Vec<_>>())).0
+    success(&command_line(at, line).output().unwrap()).0
 }
 
 fn refused(at: &Path, line: &str) -> String {
-    failure(&run_in(at, &line.split_whitespace().collect::<Vec<_>>()))
+    failure(&command_line(at, line).output().unwrap())
 }
 
 /// The line of the digest of estimates or pixels.
 fn digest(shown: &str) -> &str {
     shown.lines().find(|line| line.starts_with("digest of")).expect(shown)
-}
-
-fn same_bytes(at: &Path, a: &str, b: &str) {
-    assert!(fs::read(at.join(a)).unwrap() == fs::read(at.join(b)).unwrap(), "{a} is not {b}");
 }
 
 /// Cuts a job of 9,000 photons, in each of a few ways, and shoots the parts through one index after the other.

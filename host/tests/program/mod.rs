@@ -26,6 +26,17 @@ pub fn command_in(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
+/// Prepares the program to run in a folder, with the words of a line.
+pub fn command_line(folder: &Path, line: &str) -> Command {
+    command_in(folder, &line.split_whitespace().collect::<Vec<_>>())
+}
+
+/// Asserts that two files in a folder have the same bytes.
+pub fn same_bytes(folder: &Path, a: &str, b: &str) {
+    let [left, right] = [a, b].map(|name| std::fs::read(folder.join(name)).expect(name));
+    assert!(left == right, "{a} is not {b}");
+}
+
 /// Asserts that the program succeeded. Returns the texts of stdout and stderr.
 pub fn success(output: &Output) -> (String, String) {
     let [shown, said] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
