@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> density -> report
-//!                                    |                               parts (ranges of the photons, put together)
-//!                                  packed (both in files that processes share)
+//!                            index/packed (both in files that     parts (ranges of the photons, put together)
+//!                            processes share)
 //!                 contenders (what can be measured) -> bench (how) -> studies (what is compared) -> report
 //! ```
 #![warn(clippy::pedantic)]
@@ -19,13 +19,11 @@
 )]
 
 pub mod bench;
-pub mod bounded;
 pub mod commands;
 pub mod contenders;
 pub mod density;
 pub mod files;
 mod index;
-mod packed;
 pub mod parts;
 pub mod photon;
 pub mod render;
@@ -34,8 +32,10 @@ pub mod scene;
 pub mod studies;
 mod vector;
 
-pub use index::{IndexFile, Threads, TimedIndex, kind_by_name, kind_names, select_index};
-pub use packed::{PackedIndex, PackedScene, Validation, scene_path};
+pub use index::{
+    IndexFile, PackedIndex, PackedScene, Threads, TimedIndex, Validation, bounded, kind_by_name,
+    kind_names, scene_path, select_index,
+};
 
 /// Code of the package's page, compiled and run as a doctest.
 #[cfg(doctest)]

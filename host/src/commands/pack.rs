@@ -10,9 +10,9 @@ use super::arguments::values::{file_ending_in, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index, unbuilt};
 use super::output::{bytes, count, say};
 use crate::bench::progress::during;
-use crate::bounded::BoundedPack;
 use crate::files::output::{check_writable, write_file};
-use crate::packed::digest_of;
+use crate::index::bounded::BoundedPack;
+use crate::index::packed::digest_of;
 use crate::{IndexFile, PackedScene, Threads, scene_path};
 
 /// Write the index of a scene to a file, and what else photons need to a second one; the scene is not needed any more

@@ -16,7 +16,7 @@ use super::{Pager, Scratch, View, cast, reading};
 use crate::Threads;
 use crate::bench::progress::{during, with_bar};
 use crate::files::output::replace_file;
-use crate::packed::digest_of;
+use crate::index::packed::digest_of;
 use crate::scene::{Origin, SceneFiles};
 
 /// Memory that the program takes beside what reading takes: at most 60 MB of its own, the pager's margin, and 140 MB of

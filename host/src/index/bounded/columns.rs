@@ -14,7 +14,7 @@ use anyhow::ensure;
 use arboleda::Triangle;
 
 use super::{Pager, View};
-use crate::packed::{SceneParts, Sequence, emitter_bytes, name_bytes};
+use crate::index::packed::{SceneParts, Sequence, emitter_bytes, name_bytes};
 use crate::scene::{AreaLight, Model};
 
 /// Emitters or names that are converted at once.
@@ -226,7 +226,7 @@ mod tests {
     use super::super::pager::tests::alone;
     use super::*;
     use crate::PackedScene;
-    use crate::packed::digest_of;
+    use crate::index::packed::digest_of;
     use crate::scene::builtin::require;
     use crate::scene::{FaceLight, LitSides};
     use arboleda::{IndexKind, Options, OwnedIndex};
