@@ -3,8 +3,8 @@
 //! Before anything is timed, the answers to some photons' rays are compared with the guide's.
 
 use arboleda::{Block, IndexKind};
-use arboleda_host::bench::measurement::{build, checked, verified_workload};
-use arboleda_host::bench::plan::{Case, Effort, Share};
+use arboleda_host::benchmark::harness::measurement::{build, checked, verified_workload};
+use arboleda_host::benchmark::harness::plan::{Case, Effort, Share};
 use arboleda_host::scene::builtin;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 

@@ -6,9 +6,9 @@
 use std::hint::black_box;
 
 use arboleda::IndexKind;
-use arboleda_host::bench::measurement::{build, checked, verified_workload};
-use arboleda_host::bench::plan::{Case, Effort, Share};
-use arboleda_host::contenders::contender::Mode;
+use arboleda_host::benchmark::contenders::contender::Mode;
+use arboleda_host::benchmark::harness::measurement::{build, checked, verified_workload};
+use arboleda_host::benchmark::harness::plan::{Case, Effort, Share};
 use arboleda_host::scene::builtin;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 

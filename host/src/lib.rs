@@ -4,7 +4,7 @@
 //! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> density -> report
 //!                            index/packed (both in files that     parts (ranges of the photons, put together)
 //!                            processes share)
-//!                 contenders (what can be measured) -> bench (how) -> studies (what is compared) -> report
+//!                            benchmark (contenders -> harness -> studies) -----------------------------> report
 //! ```
 #![warn(clippy::pedantic)]
 #![allow(
@@ -18,9 +18,8 @@
     clippy::float_cmp
 )]
 
-pub mod bench;
+pub mod benchmark;
 pub mod commands;
-pub mod contenders;
 pub mod density;
 pub mod files;
 mod index;
@@ -29,7 +28,6 @@ pub mod photon;
 pub mod render;
 pub mod report;
 pub mod scene;
-pub mod studies;
 mod vector;
 
 pub use index::{

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::fs;
 
-use arboleda_host::bench::summary::gain_percent;
-use arboleda_host::studies::paper::printed::PRINTED;
-use arboleda_host::studies::paper::protocol::LEAF_CAPACITIES;
+use arboleda_host::benchmark::harness::summary::gain_percent;
+use arboleda_host::benchmark::studies::paper::printed::PRINTED;
+use arboleda_host::benchmark::studies::paper::protocol::LEAF_CAPACITIES;
 
 mod program;
 

@@ -13,7 +13,7 @@ use super::cluster_picture::{cluster_scratch, paint_model};
 use super::output::{bytes, count, duration, say, table};
 use super::pack::describe_file;
 use crate::TimedIndex;
-use crate::bench::progress::during;
+use crate::benchmark::harness::progress::during;
 use crate::files::output::check_writable;
 use crate::report::Canvas;
 use crate::scene::{Census, Model};

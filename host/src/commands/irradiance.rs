@@ -15,7 +15,7 @@ use super::arguments::values::file_ending_in;
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{arrow_to, bytes, count, duration, say};
 use super::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
-use crate::bench::progress::photon_bar;
+use crate::benchmark::harness::progress::photon_bar;
 use crate::density::{
     DiscCounter, Estimate, Estimator, EstimatorError, Fan, Harvest, LightPiece, LightSums,
     PhotonSource, Receiver, Work,

@@ -9,7 +9,7 @@ use clap::Args;
 use super::arguments::values::{file_ending_in, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, build_index, unbuilt};
 use super::output::{bytes, count, say};
-use crate::bench::progress::during;
+use crate::benchmark::harness::progress::during;
 use crate::files::output::{check_writable, write_file};
 use crate::index::bounded::BoundedPack;
 use crate::index::packed::digest_of;

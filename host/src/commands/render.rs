@@ -15,7 +15,7 @@ use super::arguments::values::{PIXELS, file_ending_in, number, whole};
 use super::lit_scene::{LightingArguments, LitScene, print_balance};
 use super::output::{arrow_to, bytes, count, duration, say};
 use super::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
-use crate::bench::progress::{count_bar, photon_bar, together};
+use crate::benchmark::harness::progress::{count_bar, photon_bar, together};
 use crate::density::{
     Bounces, Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius,
 };

@@ -6,11 +6,11 @@ use clap::Args;
 
 use super::arguments::MeasureArguments;
 use super::output::{bytes, count, say, table};
-use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::with_bar;
-use crate::bench::record::Recorder;
+use crate::benchmark::harness::plan::{Effort, Share};
+use crate::benchmark::harness::progress::with_bar;
+use crate::benchmark::harness::record::Recorder;
+use crate::benchmark::studies::separation::{self, SeparationRow};
 use crate::files::output::check_writable;
-use crate::studies::separation::{self, SeparationRow};
 
 /// Compare each index with its hierarchy, on two clusters from touching to 10,000 times their size apart
 #[derive(Args)]

@@ -15,8 +15,8 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 
 use super::output::bytes;
-use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::during;
+use crate::benchmark::harness::plan::{Effort, Share};
+use crate::benchmark::harness::progress::during;
 use crate::index::kind_by_name;
 use crate::scene::{self, Model, Origin, SceneFiles, UpAxis};
 use crate::{Threads, TimedIndex, select_index};

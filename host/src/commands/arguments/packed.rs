@@ -6,7 +6,7 @@ use arboleda::AnyIndex;
 use clap::Args;
 
 use super::values::file_ending_in;
-use crate::bench::progress::during;
+use crate::benchmark::harness::progress::during;
 use crate::{PackedIndex, PackedScene, TimedIndex, Validation};
 
 /// Packed scene of a command.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::arguments::packed::PackedArguments;
 use super::arguments::values::file_ending_in;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
-use crate::bench::progress::during;
+use crate::benchmark::harness::progress::during;
 use crate::files::output::{check_writable, write_npy};
 use crate::files::rays::{self, RayTable};
 use crate::scene::Model;

@@ -4,9 +4,9 @@ use clap::Args;
 
 use super::super::output::say;
 use super::scenes::SceneChoice;
-use crate::bench::progress::with_bar;
+use crate::benchmark::harness::progress::with_bar;
+use crate::benchmark::studies::calibration;
 use crate::scene::builtin;
-use crate::studies::calibration;
 
 /// Measure what a ray, a node and a test take in each index, and print the weights of the automatic selection
 #[derive(Args)]

@@ -11,15 +11,15 @@ use super::super::output::{bytes, count, duration, say, table};
 use super::super::separation;
 use super::levels::{self, check_levels, print_checks};
 use super::scenes::SceneChoice;
-use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::with_bar;
-use crate::bench::record::Recorder;
+use crate::benchmark::harness::plan::{Effort, Share};
+use crate::benchmark::harness::progress::with_bar;
+use crate::benchmark::harness::record::Recorder;
+use crate::benchmark::studies::growth;
+use crate::benchmark::studies::indices::{self, SceneComparison};
 use crate::files::output::make_folder;
 use crate::report::Canvas;
 use crate::report::pages::{CompareEvidence, compare_page};
 use crate::scene::{Model, UpAxis, builtin};
-use crate::studies::growth;
-use crate::studies::indices::{self, SceneComparison};
 
 /// The most photons in the study of levels: some 6,000 rays, the same for all.
 const LEVEL_PHOTONS: u64 = 3_000;

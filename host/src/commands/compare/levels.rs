@@ -5,10 +5,10 @@ use clap::Args;
 use super::super::arguments::MeasureArguments;
 use super::super::output::{say, table};
 use super::scenes::SceneChoice;
-use crate::bench::plan::{Effort, Share};
-use crate::bench::progress::with_bar;
+use crate::benchmark::harness::plan::{Effort, Share};
+use crate::benchmark::harness::progress::with_bar;
+use crate::benchmark::studies::levels::{self, LevelCheck};
 use crate::scene::{Model, builtin};
-use crate::studies::levels::{self, LevelCheck};
 
 /// Check the automatic levels and resolutions against all others, by counters and by time
 #[derive(Args)]

@@ -9,7 +9,7 @@ mod scenes;
 use clap::{Args, Subcommand};
 
 use super::output::say;
-use crate::studies::counters;
+use crate::benchmark::studies::counters;
 
 /// Compare every index on every scene: time, spread, memory, counters; with a page and a file
 #[derive(Args)]

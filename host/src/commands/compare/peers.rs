@@ -10,9 +10,11 @@ use super::super::arguments::RepeatArguments;
 use super::super::arguments::values::whole;
 use super::super::output::{count, say};
 use super::scenes::SceneChoice;
-use crate::bench::progress::with_bar;
-use crate::bench::provenance::Provenance;
-use crate::contenders::{PEERS, Peer, PeerError, ours};
+use crate::benchmark::contenders::{PEERS, Peer, PeerError, ours};
+use crate::benchmark::harness::progress::with_bar;
+use crate::benchmark::harness::provenance::Provenance;
+use crate::benchmark::studies::growth::sized_scenes;
+use crate::benchmark::studies::peers::{self, PeerComparison, PeerOptions, USUAL_KINDS};
 use crate::files::output::{make_folder, write_file};
 use crate::index::{kind_by_name, kind_names};
 use crate::report::pages::peers_table::{
@@ -20,8 +22,6 @@ use crate::report::pages::peers_table::{
 };
 use crate::report::pages::{PeersEvidence, absent, peers_page};
 use crate::scene::builtin;
-use crate::studies::growth::sized_scenes;
-use crate::studies::peers::{self, PeerComparison, PeerOptions, USUAL_KINDS};
 
 /// The most rays of a mode: each is kept, with the answers of every contender.
 const MOST_RAYS: u64 = 100_000_000;

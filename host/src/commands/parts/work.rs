@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use anyhow::{Context, bail};
 
 use super::team::Team;
-use crate::bench::provenance::Provenance;
+use crate::benchmark::harness::provenance::Provenance;
 use crate::commands::arguments::part::PartArguments;
 use crate::commands::output::{count, say};
 use crate::density::LightSums;

@@ -4,7 +4,7 @@ use anyhow::ensure;
 use arboleda::{AnyIndex, IndexKind, Options, Scene};
 
 use crate::Threads;
-use crate::bench::progress::photon_bar;
+use crate::benchmark::harness::progress::photon_bar;
 use crate::commands::arguments::build_index;
 use crate::commands::output::{bytes, count, duration, say, table};
 use crate::photon::{Digest, ShootOptions, Shot, shoot};

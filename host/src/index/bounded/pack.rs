@@ -14,7 +14,7 @@ use super::pager::LEAST_MARGIN;
 use super::triangles::{Written, stream};
 use super::{Pager, Scratch, View, cast, reading};
 use crate::Threads;
-use crate::bench::progress::{during, with_bar};
+use crate::benchmark::harness::progress::{during, with_bar};
 use crate::files::output::replace_file;
 use crate::index::packed::digest_of;
 use crate::scene::{Origin, SceneFiles};

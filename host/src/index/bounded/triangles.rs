@@ -8,7 +8,7 @@ use anyhow::{Context, ensure};
 
 use super::columns::{Columns, Wanted};
 use super::{Pager, View};
-use crate::bench::progress::with_bar;
+use crate::benchmark::harness::progress::with_bar;
 use crate::scene::{Model, Origin, SceneError, SceneFiles};
 
 /// Most triangles of a scene: those that ids can name.

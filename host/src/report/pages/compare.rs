@@ -5,14 +5,14 @@ use std::path::Path;
 use arboleda::IndexKind;
 
 use super::separation::separation_section;
-use crate::bench::measurement::Measurement;
-use crate::bench::provenance::Provenance;
+use crate::benchmark::harness::measurement::Measurement;
+use crate::benchmark::harness::provenance::Provenance;
+use crate::benchmark::studies::growth::{FAMILIES, GrowthRow};
+use crate::benchmark::studies::indices::SceneComparison;
+use crate::benchmark::studies::levels::LevelCheck;
+use crate::benchmark::studies::separation::SeparationRow;
 use crate::report::html::{Page, signed_percent};
 use crate::report::plot::{Plot, Scale, Series, Stroke, number};
-use crate::studies::growth::{FAMILIES, GrowthRow};
-use crate::studies::indices::SceneComparison;
-use crate::studies::levels::LevelCheck;
-use crate::studies::separation::SeparationRow;
 
 /// All that the page shows.
 pub struct CompareEvidence<'e> {

@@ -4,15 +4,15 @@ use super::paper_equal_bytes::equal_bytes_section;
 use super::paper_figure3::figure3_section;
 use super::paper_tables::tables_section;
 use super::separation::separation_section;
-use crate::bench::measurement::Measurement;
-use crate::bench::provenance::Provenance;
+use crate::benchmark::harness::measurement::Measurement;
+use crate::benchmark::harness::provenance::Provenance;
+use crate::benchmark::studies::paper::equal_bytes_tables::SceneTable;
+use crate::benchmark::studies::paper::figure3::Figure3;
+use crate::benchmark::studies::paper::figure3_apart::ApartRow;
+use crate::benchmark::studies::paper::lit::ScenePicture;
+use crate::benchmark::studies::paper::protocol::ProtocolTable;
+use crate::benchmark::studies::separation::SeparationRow;
 use crate::report::html::Page;
-use crate::studies::paper::equal_bytes_tables::SceneTable;
-use crate::studies::paper::figure3::Figure3;
-use crate::studies::paper::figure3_apart::ApartRow;
-use crate::studies::paper::lit::ScenePicture;
-use crate::studies::paper::protocol::ProtocolTable;
-use crate::studies::separation::SeparationRow;
 
 /// Measurements that the page shows.
 pub struct PaperEvidence<'e> {

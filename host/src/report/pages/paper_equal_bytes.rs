@@ -2,10 +2,10 @@
 
 use super::paper::{level_ticks, seconds_per_million};
 use super::paper_words::{differences, reasons, verdict};
-use crate::bench::measurement::Measurement;
+use crate::benchmark::harness::measurement::Measurement;
+use crate::benchmark::studies::paper::equal_bytes_tables::{LEVELS, LevelRow, SceneTable};
 use crate::report::html::{Page, signed_percent};
 use crate::report::plot::{Plot, Scale, Series, Stroke};
-use crate::studies::paper::equal_bytes_tables::{LEVELS, LevelRow, SceneTable};
 
 /// Adds the section.
 pub fn equal_bytes_section(page: &mut Page, tables: &[SceneTable]) {

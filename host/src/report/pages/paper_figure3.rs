@@ -2,12 +2,14 @@
 
 use super::paper::level_ticks;
 use super::paper_words::saves_or_loses;
-use crate::bench::measurement::Measurement;
-use crate::bench::summary::gain_percent;
+use crate::benchmark::harness::measurement::Measurement;
+use crate::benchmark::harness::summary::gain_percent;
+use crate::benchmark::studies::paper::figure3::{
+    Figure3, HIERARCHY_LEVEL, PUBLISHED_GAIN, SINGLE_LEVEL,
+};
+use crate::benchmark::studies::paper::figure3_apart::{ApartRow, Finished, met};
 use crate::report::html::{Page, signed_percent};
 use crate::report::plot::{Plot, Scale, Series, Stroke, number};
-use crate::studies::paper::figure3::{Figure3, HIERARCHY_LEVEL, PUBLISHED_GAIN, SINGLE_LEVEL};
-use crate::studies::paper::figure3_apart::{ApartRow, Finished, met};
 
 /// Adds the section: level by level, then as the clusters move apart.
 pub fn figure3_section(page: &mut Page, figure3: &Figure3, apart: &[ApartRow]) {

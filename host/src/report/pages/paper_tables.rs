@@ -1,11 +1,11 @@
 //! Section about tables 1 to 3 as printed: the paper's numbers, ours, and a verdict for each row.
 
 use super::paper::{level_ticks, seconds_per_million};
+use crate::benchmark::studies::paper::printed::PrintedRow;
+use crate::benchmark::studies::paper::protocol::{LEAF_CAPACITIES, ProtocolRow, ProtocolTable};
+use crate::benchmark::studies::paper::verdict::{Costs, NEAR, UNDECIDED, Verdict};
 use crate::report::html::{Page, signed_percent};
 use crate::report::plot::{Plot, Scale, Series, Stroke};
-use crate::studies::paper::printed::PrintedRow;
-use crate::studies::paper::protocol::{LEAF_CAPACITIES, ProtocolRow, ProtocolTable};
-use crate::studies::paper::verdict::{Costs, NEAR, UNDECIDED, Verdict};
 
 /// Adds the section.
 pub fn tables_section(page: &mut Page, tables: &[ProtocolTable]) {

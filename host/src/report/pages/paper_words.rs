@@ -1,6 +1,6 @@
 //! Sentences about the tables of equal bytes and the paper's: what agrees, what differs, and why.
 
-use crate::studies::paper::equal_bytes_tables::{
+use crate::benchmark::studies::paper::equal_bytes_tables::{
     DEEP_GAIN, LAST_LEVEL_OF_GRIDS, LevelRow, SceneTable,
 };
 

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::peers_table::{self as tables, bytes_per_triangle, fastest};
-use crate::bench::provenance::Provenance;
-use crate::contenders::contender::Mode;
+use crate::benchmark::contenders::contender::Mode;
+use crate::benchmark::harness::provenance::Provenance;
+use crate::benchmark::studies::peers::{PeerComparison, PeerRow};
 use crate::report::grid::{Cell, Grid, Mark};
-use crate::studies::peers::{PeerComparison, PeerRow};
 
 /// All that the page shows.
 pub struct PeersEvidence<'e> {

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::bench::record;
-use crate::contenders::contender::Mode;
+use crate::benchmark::contenders::contender::Mode;
+use crate::benchmark::harness::record;
+use crate::benchmark::studies::peers::{PeerComparison, PeerRow};
 use crate::report::grid::{Cell, Grid, Mark};
-use crate::studies::peers::{PeerComparison, PeerRow};
 
 /// Row of `compare.csv`; bytes and leaks that are not known are left empty.
 #[derive(serde::Serialize)]

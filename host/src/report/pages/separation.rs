@@ -1,9 +1,9 @@
 //! Section of pages about the gain of a hierarchy against the separation of clusters.
 
-use crate::bench::plan::pairs;
+use crate::benchmark::harness::plan::pairs;
+use crate::benchmark::studies::separation::{GAPS, Gains, SeparationRow};
 use crate::report::html::{Page, signed_percent};
 use crate::report::plot::{Plot, Scale, Series, Stroke, number};
-use crate::studies::separation::{GAPS, Gains, SeparationRow};
 
 /// Coordinate of touching clusters, whose gap of 0 is not on a logarithmic axis.
 const COORDINATE_OF_TOUCHING: f64 = 0.3;

@@ -19,7 +19,7 @@ use anyhow::{Context, ensure};
 
 use self::pace::Pace;
 use super::work::PartWork;
-use crate::bench::progress::photon_bar;
+use crate::benchmark::harness::progress::photon_bar;
 use crate::commands::arguments::part::PartArguments;
 #[cfg(feature = "mpi")]
 use crate::parts::PartSums;
