@@ -5,7 +5,7 @@ use arboleda::Vec3;
 use super::generated::city::{CityOptions, procedural_city};
 use super::generated::mixed::{MixedOptions, mixed_sizes};
 use super::generated::{paper, shapes, sized};
-use super::light::DEFAULT_FLUX;
+use super::model::DEFAULT_FLUX;
 use super::{AreaLight, Model, SceneError};
 
 /// Scene that needs no file.

@@ -1,32 +1,23 @@
 //! Sources of triangles: scene files, the paper's scenes, generated cities.
 //!
 //! ```text
-//! formats (a file) -> surface -> polygon --\   files: several, one after another
-//! generated (functions) -> builtin (names) -+-> Model -> light (adds one above a model that has none)
+//! files (several, one after another) -> formats (one file) -> surface (rounded, divided into triangles) --+-> Model
+//! builtin (names) --------------------> generated (functions) --------------------------------------------+
 //! ```
-//! census and closed inspect a model: shared vertices, triangles without area, closed meshes.
 
 pub mod builtin;
-mod census;
-pub mod closed;
-mod column;
 mod error;
 mod files;
 pub mod formats;
 mod generated;
-mod light;
 mod model;
-mod polygon;
 mod surface;
 
-pub use census::Census;
-pub use column::Column;
 pub use error::{LineProblem, SceneError};
 pub use files::SceneFiles;
 pub use formats::load;
 pub use generated::{city, mixed, paper, shapes, sized, teapot};
-pub use light::UpAxis;
-pub use model::{AreaLight, FaceLight, LitSides, Model};
+pub use model::{AreaLight, Census, Column, FaceLight, LitSides, Model, UpAxis, closed};
 pub use surface::{DEFAULT_REFLECTANCE, Import, NotAnOrigin, Origin, Surface};
 
 #[cfg(test)]

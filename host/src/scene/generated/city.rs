@@ -12,7 +12,7 @@ use arboleda::{Aabb, Triangle, Vec3};
 
 use super::hash::Draws;
 use super::shapes;
-use crate::scene::light::DEFAULT_FLUX;
+use crate::scene::model::DEFAULT_FLUX;
 use crate::scene::{AreaLight, Model};
 
 /// Options of a city. The defaults give about 70,000 triangles.

@@ -8,7 +8,7 @@ use arboleda::{Aabb, Triangle, Vec3};
 use super::hash::Draws;
 use super::shapes;
 use super::teapot::{Placement, placed, teapot};
-use crate::scene::light::DEFAULT_FLUX;
+use crate::scene::model::DEFAULT_FLUX;
 use crate::scene::{AreaLight, Model};
 
 /// Options of the scene. The defaults give about 150,000 triangles.

@@ -9,7 +9,7 @@ use arboleda::{Aabb, Triangle, Vec3};
 
 use super::shapes;
 use super::teapot::{PAPER_DIVISIONS, Placement, placed, teapot};
-use crate::scene::light::DEFAULT_FLUX;
+use crate::scene::model::DEFAULT_FLUX;
 use crate::scene::{AreaLight, Model};
 
 /// Reflectance of the floor: white paint.

@@ -6,7 +6,7 @@ use arboleda::{Aabb, Triangle, Vec3};
 
 use super::city::{CityOptions, procedural_city};
 use super::shapes;
-use crate::scene::light::DEFAULT_FLUX;
+use crate::scene::model::DEFAULT_FLUX;
 use crate::scene::{AreaLight, Model};
 use crate::vector::Vector64;
 

@@ -1,14 +1,15 @@
 //! Surface: the contents of a scene file before conversion to a model, polygons with coordinates in `f64`.
 //!
 //! ```text
-//! obj, ply, stl, gltf -> Surface -> origin subtracted, rounded to f32 -> polygons divided -> Model
-//!                           \-> precision: loss by rounding
+//! obj, ply, stl, gltf -> Surface -> place: origin subtracted, rounded to f32 -> polygon: divided -> Model
+//!                           \-> precision, rounding: loss by rounding, of one file and of several
 //! ```
 //! Every format becomes a surface, so all formats are converted and checked in the same way.
 
 mod material;
 mod origin;
 mod place;
+mod polygon;
 mod precision;
 mod rounding;
 

@@ -4,9 +4,9 @@ use arboleda::{Triangle, Vec3};
 
 use super::Material;
 use super::origin::{Origin, Written};
+use super::polygon::{Divider, PolygonDivision};
 use super::rounding::RoundingLoss;
 use super::{Surface, precision};
-use crate::scene::polygon::{Divider, PolygonDivision};
 use crate::scene::{FaceLight, LitSides, Model, SceneError};
 use crate::vector::Vector64;
 

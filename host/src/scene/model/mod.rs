@@ -1,10 +1,23 @@
 //! Model: a scene in memory, with lights and reflectances.
+//!
+//! ```text
+//! triangles, objects, reflectances, ..: a column each   |   light (one above a model that has none)
+//! census (vertices, degenerate triangles, duplicates), closed (has it an inside?)
+//! ```
+
+mod census;
+pub mod closed;
+mod column;
+mod light;
 
 use arboleda::{Aabb, Scene, Triangle, Vec3};
 use blake3::Hasher;
 use bytemuck::Pod;
 
-use super::Column;
+pub use census::Census;
+pub use column::Column;
+pub(in crate::scene) use light::DEFAULT_FLUX;
+pub use light::UpAxis;
 
 /// Triangles with their objects, reflectances and lights.
 ///

@@ -12,7 +12,8 @@ use std::str::FromStr;
 
 use arboleda::{Aabb, Vec3};
 
-use super::{AreaLight, Model, SceneError};
+use super::{AreaLight, Model};
+use crate::scene::SceneError;
 
 /// Axis that points up in a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,7 +71,7 @@ impl fmt::Display for UpAxis {
 }
 
 /// Power of the default light in watts: that of an old light bulb.
-pub(super) const DEFAULT_FLUX: f32 = 100.0;
+pub(in crate::scene) const DEFAULT_FLUX: f32 = 100.0;
 
 impl AreaLight {
     /// Creates a rectangular light in the plane `z = centre.z` that faces down, towards smaller z.
