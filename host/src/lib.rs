@@ -28,7 +28,6 @@ pub mod photon;
 pub mod render;
 pub mod report;
 pub mod scene;
-mod vector;
 
 pub use index::{
     IndexFile, PackedIndex, PackedScene, Threads, TimedIndex, Validation, bounded, kind_by_name,

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 use super::source::PhotonSource;
 use crate::photon::{Balance, Segment, Visitor};
-use crate::vector::area_of;
+use crate::scene::vector::area_of;
 
 /// Photons of the trial: enough to know the lit area to a few percent.
 const TRIAL: u64 = 16_384;

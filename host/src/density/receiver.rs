@@ -5,7 +5,7 @@ use arboleda::{Hit, Ray, Triangle, Vec3};
 use crate::photon::PhotonRandom;
 use crate::photon::surface::hemisphere::cosine_direction;
 use crate::photon::surface::offset::height;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Point with a unit normal towards the lit side. It need not lie on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

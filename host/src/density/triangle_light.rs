@@ -5,7 +5,7 @@ use super::receiver::hit_point;
 use super::source::PhotonSource;
 use crate::photon::{Balance, Segment, Side, Visitor};
 use crate::scene::Model;
-use crate::vector::area_of;
+use crate::scene::vector::area_of;
 
 use arboleda::Vec3;
 

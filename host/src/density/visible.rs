@@ -25,7 +25,7 @@ use arboleda::{Ray, RayIndex};
 use super::Kernel;
 use super::receiver::Receiver;
 use crate::photon::surface::hemisphere::tangents;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Rays of a polygon. In the open, 32 corners cover 0.9936 of the disc.
 pub const RAYS: usize = 32;

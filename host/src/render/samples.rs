@@ -16,8 +16,8 @@ use super::batch;
 use super::film::Film;
 use crate::density::{Estimate, Receiver};
 use crate::report::Camera;
+use crate::scene::vector::Vector64;
 use crate::scene::{FaceLight, LitSides, Model};
-use crate::vector::Vector64;
 
 /// Side of a tile in pixels.
 pub(super) const TILE: u32 = 16;

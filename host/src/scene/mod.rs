@@ -4,6 +4,7 @@
 //! files (several, one after another) -> formats (one file) -> surface (rounded, divided into triangles) --+-> Model
 //! builtin (names) --------------------> generated (functions) --------------------------------------------+
 //! ```
+//! `vector` calculates with points and normals of triangles in `f64`, here and for photons.
 
 pub mod builtin;
 mod error;
@@ -12,6 +13,7 @@ pub mod formats;
 mod generated;
 mod model;
 mod surface;
+pub(crate) mod vector;
 
 pub use error::{LineProblem, SceneError};
 pub use files::SceneFiles;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::files::output::{write_file, write_npy};
 use crate::scene::Model;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Row of a file of hits. A miss has the largest id and an infinite `t`.
 #[derive(npyz::Serialize, npyz::AutoSerialize, Clone, Copy)]

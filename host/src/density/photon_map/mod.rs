@@ -40,8 +40,8 @@ pub use search::{Facing, Found, Neighbourhood};
 
 use super::receiver::unit_normal;
 use crate::photon::{Balance, Side};
+use crate::scene::vector::Vector64;
 use crate::scene::{Column, Model};
-use crate::vector::Vector64;
 
 /// Most photons of a map: 2^31 - 1, which take 43 GB.
 pub const MOST_PHOTONS: usize = (1 << 31) - 1;

@@ -14,7 +14,7 @@ use super::build::LEAF;
 use super::{Photon, PhotonMap};
 use crate::density::receiver::{Receiver, distance_squared};
 use crate::photon::Side;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Test of the photons that count for a receiver, by an angle. Both parts hold on a smooth surface.
 ///

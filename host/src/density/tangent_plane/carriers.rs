@@ -21,7 +21,7 @@ use arboleda::Triangle;
 
 use crate::density::receiver::Receiver;
 use crate::photon::surface::hemisphere::tangents;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Most discs of a carrier.
 const MOST_DISCS: usize = 64;

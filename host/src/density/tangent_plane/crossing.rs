@@ -4,7 +4,7 @@ use arboleda::Vec3;
 
 use crate::density::receiver::{Receiver, distance_squared};
 use crate::photon::Segment;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Segment in `f64`.
 #[derive(Clone, Copy, Debug)]

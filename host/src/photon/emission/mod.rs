@@ -28,8 +28,8 @@ use arboleda::{Hit, Triangle, TriangleId, Vec3};
 use crate::photon::random::PhotonRandom;
 use crate::photon::surface::hemisphere::{Frame, cosine_direction, later_direction};
 use crate::photon::surface::offset::{Departure, MARGIN, height, lifted};
+use crate::scene::vector::Vector64;
 use crate::scene::{AreaLight, FaceLight, LitSides, Model};
-use crate::vector::Vector64;
 
 /// Photon at its emission.
 #[derive(Clone, Copy, Debug, PartialEq)]

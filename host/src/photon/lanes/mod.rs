@@ -39,7 +39,7 @@ pub(super) use emit::EmissionLanes;
 pub(super) use side::SideLanes;
 
 use super::surface::hemisphere::square_of;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Number of photons computed at once. The last group of a wave may have unused lanes.
 pub(super) const LANES: usize = 32;

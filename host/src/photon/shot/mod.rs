@@ -18,7 +18,7 @@ pub use shoot::{Counting, ShootOptions, shoot, shoot_range};
 
 use arboleda::{Counters, Triangle, TriangleId};
 
-use crate::vector::area_of;
+use crate::scene::vector::area_of;
 
 /// Result of shooting photons.
 ///

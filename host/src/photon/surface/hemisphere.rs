@@ -15,7 +15,7 @@
 //! Orthonormal Basis, Revisited*, 2017, for the frame.
 
 use crate::photon::random::PhotonRandom;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Smallest cosine of a returned direction: 2^-20.
 ///

@@ -49,7 +49,7 @@
 
 use arboleda::{Hit, Ray, Triangle, Vec3};
 
-use crate::vector::{Vector64, greater};
+use crate::scene::vector::{Vector64, greater};
 
 /// Term of [`height`] for rounding a point to `f32`: 2^-22, 2.3 times the largest displacement.
 const ROUNDING: f64 = 1.0 / (1 << 22) as f64;

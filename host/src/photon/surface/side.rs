@@ -4,7 +4,7 @@ use arboleda::{Hit, Ray, Triangle, Vec3};
 use robust::{Coord3D, orient3d};
 
 use super::offset::doubt;
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use arboleda::{Aabb, Triangle, Vec3};
 
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Makes a horizontal square around `centre`, facing up, of `divisions x divisions` quads of two triangles each. With 0
 /// divisions there are no triangles.

@@ -7,8 +7,8 @@ use arboleda::{Aabb, Triangle, Vec3};
 use super::city::{CityOptions, procedural_city};
 use super::shapes;
 use crate::scene::model::DEFAULT_FLUX;
+use crate::scene::vector::Vector64;
 use crate::scene::{AreaLight, Model};
-use crate::vector::Vector64;
 
 /// Most triangles of a scene: 3.6 GB.
 pub const MOST_TRIANGLES: u32 = 100_000_000;

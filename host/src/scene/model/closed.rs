@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use arboleda::{Aabb, Triangle, Vec3};
 
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 
 /// Ball that no triangle of a closed mesh reaches into.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,8 +7,8 @@ use super::origin::{Origin, Written};
 use super::polygon::{Divider, PolygonDivision};
 use super::rounding::RoundingLoss;
 use super::{Surface, precision};
+use crate::scene::vector::Vector64;
 use crate::scene::{FaceLight, LitSides, Model, SceneError};
-use crate::vector::Vector64;
 
 /// Model of a scene file, with warnings about contents that the model lacks.
 #[derive(Clone, Debug)]

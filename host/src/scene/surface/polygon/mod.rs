@@ -34,7 +34,7 @@ mod turning;
 use arboleda::Vec3;
 use robust::Coord;
 
-use crate::vector::Vector64;
+use crate::scene::vector::Vector64;
 use ears::Ears;
 
 /// Corner in the plane of projection.
