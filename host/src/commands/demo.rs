@@ -7,10 +7,10 @@ use clap::Args;
 
 use super::arguments::BuildArguments;
 use super::arguments::values::{MOST_PHOTONS, file_ending_in, whole};
-use super::cluster_picture::paint_model;
 use super::inspect::{ALWAYS, describe};
+use super::light::shoot::{ShotComparison, print_digests, print_rows};
+use super::output::cluster_picture::paint_model;
 use super::output::count;
-use super::shoot::{ShotComparison, print_digests, print_rows};
 use crate::benchmark::harness::progress::during;
 use crate::benchmark::harness::workload::{SAMPLE_PHOTONS, Workload};
 use crate::files::output::check_writable;

@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::arguments::values::{PIXELS, file_ending_in, whole};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
-use super::cluster_picture::{cluster_scratch, paint_model};
+use super::output::cluster_picture::{cluster_scratch, paint_model};
 use super::output::{bytes, count, duration, say, table};
 use super::pack::describe_file;
 use crate::TimedIndex;

@@ -1,33 +1,32 @@
 //! Commands of the program: arguments, help, output.
 //!
+//! ```text
+//! arguments -> inspect, pack, cast | light (shoot, irradiance, render, merge) | benchmark (compare, paper, separation)
+//!           -> demo (without a command)                                       -> output
+//! ```
 //! Results go to stdout; notes, warnings, progress and errors go to stderr. `--quiet` leaves results and errors.
 
 mod arguments;
+mod benchmark;
 mod cast;
-mod cluster_picture;
-mod compare;
 mod demo;
 mod inspect;
-mod irradiance;
-mod lit_scene;
+mod light;
 mod output;
 mod pack;
-mod paper;
-mod parts;
-mod render;
-mod separation;
-mod shoot;
 
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
 use anyhow::Context;
+use benchmark::{compare, paper, separation};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use light::parts::{self, Team};
+use light::{irradiance, render, shoot};
 use log::{Level, LevelFilter};
-use parts::Team;
 
 /// Exact ray queries on scenes made of clusters: finds the clusters, builds an index in each, shoots photons.
 ///

@@ -8,7 +8,7 @@ use anyhow::ensure;
 use clap::Args;
 
 use super::values::{number, range};
-use crate::commands::parts::Team;
+use crate::commands::light::parts::Team;
 
 /// Part of a job, its photons, and its checkpoint.
 #[derive(Args, Clone, Debug)]

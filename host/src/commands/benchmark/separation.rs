@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::MeasureArguments;
-use super::output::{bytes, count, say, table};
 use crate::benchmark::harness::plan::{Effort, Share};
 use crate::benchmark::harness::progress::with_bar;
 use crate::benchmark::harness::record::Recorder;
 use crate::benchmark::studies::separation::{self, SeparationRow};
+use crate::commands::arguments::MeasureArguments;
+use crate::commands::output::{bytes, count, say, table};
 use crate::files::output::check_writable;
 
 /// Compare each index with its hierarchy, on two clusters from touching to 10,000 times their size apart

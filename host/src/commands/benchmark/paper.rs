@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 
-use super::arguments::MeasureArguments;
-use super::output::{bytes, count, say, table};
 use super::separation;
 use crate::benchmark::harness::plan::{Effort, Share};
 use crate::benchmark::harness::progress::{during, with_bar};
@@ -20,6 +18,8 @@ use crate::benchmark::studies::paper::protocol::{self, LEAF_CAPACITIES, Protocol
 use crate::benchmark::studies::paper::table_file::write_tables;
 use crate::benchmark::studies::paper::verdict::{Costs, Verdict};
 use crate::benchmark::studies::separation::SeparationRow;
+use crate::commands::arguments::MeasureArguments;
+use crate::commands::output::{bytes, count, say, table};
 use crate::files::output::make_folder;
 use crate::report::pages::{PaperEvidence, paper_page};
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::ensure;
 use clap::Args;
 
-use super::super::arguments::OriginArgument;
+use crate::commands::arguments::OriginArgument;
 use crate::scene::{self, Model, UpAxis, builtin};
 
 /// Names of scenes.

@@ -23,8 +23,8 @@ use mpi::traits::{Communicator, Destination, MatchedReceiveVec, Source};
 
 use super::pace::Pace;
 use super::{Team, add_counts, keep_counts, processors};
+use crate::commands::light::parts::work::PartWork;
 use crate::commands::output::duration;
-use crate::commands::parts::work::PartWork;
 use crate::density::CountsOf;
 use crate::parts::{Job, JobPart, PartSums};
 

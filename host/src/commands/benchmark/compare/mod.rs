@@ -8,8 +8,8 @@ mod scenes;
 
 use clap::{Args, Subcommand};
 
-use super::output::say;
 use crate::benchmark::studies::counters;
+use crate::commands::output::say;
 
 /// Compare every index on every scene: time, spread, memory, counters; with a page and a file
 #[derive(Args)]

@@ -2,10 +2,10 @@
 
 use clap::Args;
 
-use super::super::output::say;
 use super::scenes::SceneChoice;
 use crate::benchmark::harness::progress::with_bar;
 use crate::benchmark::studies::calibration;
+use crate::commands::output::say;
 use crate::scene::builtin;
 
 /// Measure what a ray, a node and a test take in each index, and print the weights of the automatic selection

@@ -8,14 +8,14 @@ use anyhow::Context;
 use arboleda::Vec3;
 use clap::Args;
 
-use super::arguments::SceneArguments;
-use super::arguments::estimator::KernelName;
-use super::arguments::part::PartArguments;
-use super::arguments::values::file_ending_in;
-use super::lit_scene::{LightingArguments, LitScene, print_balance};
-use super::output::{arrow_to, bytes, count, duration, say};
-use super::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
 use crate::benchmark::harness::progress::photon_bar;
+use crate::commands::arguments::SceneArguments;
+use crate::commands::arguments::estimator::KernelName;
+use crate::commands::arguments::part::PartArguments;
+use crate::commands::arguments::values::file_ending_in;
+use crate::commands::light::lit_scene::{LightingArguments, LitScene, print_balance};
+use crate::commands::light::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
+use crate::commands::output::{arrow_to, bytes, count, duration, say};
 use crate::density::{
     DiscCounter, Estimate, Estimator, EstimatorError, Fan, Harvest, LightPiece, LightSums,
     PhotonSource, Receiver, Work,

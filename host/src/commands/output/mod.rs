@@ -1,4 +1,6 @@
-//! Formatting and printing of results: numbers, tables, lines.
+//! Formatting and printing of results: numbers, tables, lines; a picture of clusters.
+
+pub mod cluster_picture;
 
 use std::io::{ErrorKind, Write};
 use std::path::Path;

@@ -6,15 +6,15 @@ use anyhow::{Context, bail, ensure};
 use arboleda::IndexKind;
 use clap::Args;
 
-use super::super::arguments::RepeatArguments;
-use super::super::arguments::values::whole;
-use super::super::output::{count, say};
 use super::scenes::SceneChoice;
 use crate::benchmark::contenders::{PEERS, Peer, PeerError, ours};
 use crate::benchmark::harness::progress::with_bar;
 use crate::benchmark::harness::provenance::Provenance;
 use crate::benchmark::studies::growth::sized_scenes;
 use crate::benchmark::studies::peers::{self, PeerComparison, PeerOptions, USUAL_KINDS};
+use crate::commands::arguments::RepeatArguments;
+use crate::commands::arguments::values::whole;
+use crate::commands::output::{count, say};
 use crate::files::output::{make_folder, write_file};
 use crate::index::{kind_by_name, kind_names};
 use crate::report::pages::peers_table::{

@@ -2,12 +2,12 @@
 
 use clap::Args;
 
-use super::super::arguments::MeasureArguments;
-use super::super::output::{say, table};
 use super::scenes::SceneChoice;
 use crate::benchmark::harness::plan::{Effort, Share};
 use crate::benchmark::harness::progress::with_bar;
 use crate::benchmark::studies::levels::{self, LevelCheck};
+use crate::commands::arguments::MeasureArguments;
+use crate::commands::output::{say, table};
 use crate::scene::{Model, builtin};
 
 /// Check the automatic levels and resolutions against all others, by counters and by time

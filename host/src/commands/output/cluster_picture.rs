@@ -2,9 +2,9 @@
 
 use arboleda::{Block, IndexKind, Options, Scene, Vec3, clusters as cluster};
 
-use super::arguments::unbuilt;
-use super::output::count;
 use crate::TimedIndex;
+use crate::commands::arguments::unbuilt;
+use crate::commands::output::count;
 use crate::report::{Canvas, paint_clusters};
 use crate::scene::Model;
 
