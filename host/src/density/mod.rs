@@ -1,11 +1,13 @@
 //! Irradiance from the density of photons.
 //!
 //! ```text
-//! PhotonSource (model, index, numbers of photons)
+//! source (model, index, numbers of photons)
 //!    |-> photon_map: stored photons; k nearest or a radius --\
-//!    \-> tangent_plane: streamed photons; discs indexed ------+-> Estimate
-//!                          visible: part of a disc, kernel --/
+//!    |-> tangent_plane: streamed photons; discs indexed ------+-> estimate, at a receiver (visible disc, kernel)
+//!    \-> triangle_light: hits on each side of each triangle
 //! ```
+//! `estimator` is the choice of a method, with its options and its radius; `light_field` estimates at many receivers.
+//!
 //! Every estimate is a function of the model and the options. It does not depend on the index, the threads or the
 //! machine: photons are in a total order, sums are of whole numbers, and only `+ - * / sqrt` and `libm` are used on
 //! floats.
@@ -14,29 +16,23 @@ mod estimate;
 mod estimator;
 #[cfg(test)]
 pub(crate) mod fixtures;
-mod kernel;
 mod light_field;
 mod photon_map;
-mod radius;
 mod receiver;
 mod source;
 mod tangent_plane;
 mod triangle_light;
-mod visible;
 
 pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
-pub use estimator::{Estimator, EstimatorError};
-pub use kernel::Kernel;
+pub use estimator::{Estimator, EstimatorError, automatic_radius, wanted_photons};
 pub use light_field::{
     CountsOf, DiscCounter, Harvest, Light, LightField, LightPiece, LightSums, Work,
 };
 pub use photon_map::{
     Deposits, Facing, Found, Gather, MapError, MapEstimator, Neighbourhood, PhotonMap,
 };
-pub use radius::{automatic_radius, wanted_photons};
-pub use receiver::Receiver;
+pub use receiver::{Fan, Kernel, Receiver, VisiblePolygon};
 pub use source::{Bounces, PhotonSource};
 pub use tangent_plane::{DiscError, Discs, Domain, TangentPlane};
 pub use triangle_light::{PhotonHit, TriangleIrradiance, TriangleLight, first_hits};
-pub use visible::{Fan, VisiblePolygon};

@@ -8,9 +8,9 @@ use super::Harvest;
 use crate::density::estimator::EstimatorError;
 use crate::density::photon_map::Deposits;
 use crate::density::receiver::Receiver;
+use crate::density::receiver::visible::Fan;
 use crate::density::source::PhotonSource;
 use crate::density::tangent_plane::{Discs, TangentPlane};
-use crate::density::visible::Fan;
 
 /// Receivers, and the discs around them that were counted last. Ranges of photons of one radius share the discs: their
 /// polygons and their index take as long as some hundred thousand photons.

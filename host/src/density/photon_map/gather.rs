@@ -5,7 +5,7 @@ use super::search::{Facing, Found, Neighbourhood};
 use crate::density::Kernel;
 use crate::density::estimate::{Estimate, Sums, disc_area, rounded};
 use crate::density::receiver::Receiver;
-use crate::density::visible::VisiblePolygon;
+use crate::density::receiver::visible::VisiblePolygon;
 
 /// Photons that an estimate takes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,9 +20,9 @@ use super::carriers::{Carrier, carriers};
 use super::crossing::{Crossing, Flight, Reach, crossing};
 use super::{Domain, TangentPlane};
 use crate::density::estimate::{Estimate, Sums, disc_area};
+use crate::density::receiver::visible::{Fan, VisiblePolygon};
 use crate::density::receiver::{Receiver, hit_point, unit_normal};
 use crate::density::source::PhotonSource;
-use crate::density::visible::{Fan, VisiblePolygon};
 use crate::photon::{Balance, Segment, Visitor};
 use crate::{Threads, TimedIndex};
 

@@ -22,8 +22,8 @@ use std::f64::consts::TAU;
 
 use arboleda::{Ray, RayIndex};
 
-use super::Kernel;
-use super::receiver::Receiver;
+use super::Receiver;
+use super::kernel::Kernel;
 use crate::photon::surface::hemisphere::tangents;
 use crate::scene::vector::Vector64;
 
@@ -115,7 +115,7 @@ impl VisiblePolygon<'_> {
 
     /// Tells whether a point lies in the polygon, once it is projected along the normal. `offset` leads from the centre
     /// to the point.
-    pub(super) fn contains(&self, offset: Vector64) -> bool {
+    pub(in crate::density) fn contains(&self, offset: Vector64) -> bool {
         let (x, y) = (offset.dot(self.tangent), offset.dot(self.bitangent));
         if x * x + y * y < self.inner_squared {
             return true;

@@ -1,4 +1,9 @@
 //! Receiver: a point and the side on which light falls on it.
+//!
+//! Photons are counted in the disc around it: only in its `visible` part, and weighted by a `kernel`.
+
+mod kernel;
+pub(super) mod visible;
 
 use arboleda::{Hit, Ray, Triangle, Vec3};
 
@@ -6,6 +11,9 @@ use crate::photon::PhotonRandom;
 use crate::photon::surface::hemisphere::cosine_direction;
 use crate::photon::surface::offset::height;
 use crate::scene::vector::Vector64;
+
+pub use kernel::Kernel;
+pub use visible::{Fan, VisiblePolygon};
 
 /// Point with a unit normal towards the lit side. It need not lie on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@
 
 use std::f64::consts::PI;
 
-use super::source::PhotonSource;
+use crate::density::source::PhotonSource;
 use crate::photon::{Balance, Segment, Visitor};
 use crate::scene::vector::area_of;
 

@@ -1,9 +1,12 @@
-//! Estimator of irradiance: a method with its options.
+//! Estimator of irradiance: a method with its options; and the radius that suits the photons.
+
+mod radius;
 
 use thiserror::Error;
 
 use super::photon_map::{Gather, MapError, MapEstimator};
 use super::tangent_plane::{DiscError, Domain, TangentPlane};
+pub use radius::{automatic_radius, wanted_photons};
 
 /// Method of estimating irradiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
