@@ -1,11 +1,12 @@
 //! The `std` side of Arboleda: scenes, photons, comparisons, reports.
 //!
 //! ```text
-//! scene (files, built-in) -> index (arena sized by a dry run) -> photon (emit, trace, count) -> density -> report
-//!                            index/packed (both in files that     parts (ranges of the photons, put together)
-//!                            processes share)
-//!                            benchmark (contenders -> harness -> studies) -----------------------------> report
+//! scene (files, built-in) -> index (on the heap, in files) -> photon (emit, trace, count) -> density -> render
+//!                              |                                \-> parts (of a job, put together) <-/     |
+//!                              v                                                                         v
+//!                            benchmark (contenders -> harness -> studies) ----------------------------> report
 //! ```
+//! `files` reads rays and writes results; `commands` is the program.
 #![warn(clippy::pedantic)]
 #![allow(
     clippy::cast_possible_truncation,
