@@ -87,7 +87,6 @@
 extern crate alloc;
 
 mod cluster;
-mod cost;
 mod error;
 mod geometry;
 mod index;
@@ -160,12 +159,12 @@ pub mod clusters {
 /// [`Index`]`<YourType>` and `Index<Clustered<YourType>>` are there.
 pub mod custom {
     pub use crate::cluster::{ClusterNode, Clusters, NodeId};
-    pub use crate::cost::Weights;
     pub use crate::geometry::{AxisCrossing, RaySpan, Span, kernel, may_overlap};
     pub use crate::memory::{ALIGNMENT, Words};
     pub use crate::query::{BatchQuery, Query};
     pub use crate::structure::{
         ClusterBuild, Described, DividedScene, Group, Local, LocalIndex, Sections, Structure,
+        Weights,
     };
 }
 

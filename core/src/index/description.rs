@@ -1,8 +1,7 @@
 //! Description of an index, as a value for any kind.
 
-use crate::cost::Weights;
 use crate::input::CostModel;
-use crate::structure::{Described, Representation, Structure};
+use crate::structure::{Described, Representation, Structure, Weights};
 
 /// Mask of the bits of a format that name the family.
 pub(super) const FAMILY: u32 = 0xffff;

@@ -3,13 +3,12 @@
 use super::description::FAMILY;
 use super::registry::FAMILIES;
 use super::{AnyIndex, Capacity, IndexKind};
-use crate::cost::Weights;
 use crate::error::{BuildError, OpenError};
 use crate::geometry::Ray;
 use crate::input::{CostModel, Executor, Float64, Mesh, Options, Scene, Sequential};
 use crate::query::{AllHits, Counters, Hit};
-use crate::structure::Statistics;
 use crate::structure::sections::{MESH_BESIDE, format_of};
+use crate::structure::{Statistics, Weights};
 
 impl IndexKind {
     /// The name of the kind, on command lines and in tables.

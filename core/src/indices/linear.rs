@@ -6,13 +6,12 @@
 
 use core::ops::ControlFlow;
 
-use crate::cost::Weights;
 use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span};
 use crate::input::Options;
 use crate::memory::Words;
 use crate::query::Query;
-use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
+use crate::structure::{Described, Group, Local, LocalIndex, Statistics, Weights};
 
 /// Linear scan: no tree, every triangle is tested.
 pub enum Linear {}

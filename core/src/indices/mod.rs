@@ -10,6 +10,7 @@ pub(crate) mod bvh;
 #[cfg(any(feature = "octree", feature = "octree-r", feature = "kd-tree", feature = "bsp-tree"))]
 pub(crate) mod cells;
 mod clustered;
+pub(crate) mod cost;
 mod depth_first;
 #[cfg(feature = "uniform-grid")]
 pub(crate) mod grid;

@@ -1,4 +1,4 @@
-//! The contract of an index: its input, its output, and how it shows triangles to a query.
+//! The contract of an index: its input, its output, how it shows triangles to a query, and what that takes.
 //!
 //! ```text
 //! LocalIndex       one group of triangles        octree, grid, kd-tree, BVH, ...
@@ -9,14 +9,15 @@
 mod parts;
 pub(crate) mod sections;
 mod statistics;
+mod weights;
 
 use core::ops::ControlFlow;
 
 pub use parts::{DividedScene, Group, Local};
 pub use sections::Sections;
 pub use statistics::Statistics;
+pub use weights::Weights;
 
-use crate::cost::Weights;
 use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span};
 use crate::input::{CostModel, Executor, Options, SimdLevel};

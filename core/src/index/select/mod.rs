@@ -14,9 +14,9 @@ use core::fmt;
 use arrayvec::ArrayVec;
 
 use super::IndexKind;
-use crate::cost::for_each_ray;
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Ray, RaySpan};
+use crate::indices::cost::for_each_ray;
 use crate::input::{Options, Scene, Sequential};
 use crate::query::Counters;
 use budget::{Budget, BuildCost};

@@ -12,9 +12,9 @@ use core::ops::Range;
 use arrayvec::ArrayVec;
 
 use super::{BALANCED_FROM, BINS, CHILD_WORDS, MAX_DEPTH, bin_of, push_inner, push_leaf, set_box};
-use crate::cost::half_area;
 use crate::error::BuildError;
 use crate::geometry::Aabb;
+use crate::indices::cost::half_area;
 use crate::input::{Level, Mesh, Options};
 use crate::memory::{Words, put};
 

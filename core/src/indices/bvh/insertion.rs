@@ -16,9 +16,9 @@ use arrayvec::ArrayVec;
 use bytemuck::{Pod, Zeroable};
 
 use super::{MAX_DEPTH, push_inner, push_leaf, set_child};
-use crate::cost::half_area;
 use crate::error::BuildError;
 use crate::geometry::Aabb;
+use crate::indices::cost::half_area;
 use crate::input::Options;
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::structure::Group;

@@ -27,13 +27,12 @@ use binned::BinnedBuild;
 use super::depth_first::{CheckedNode, check_depth_first, check_leaf};
 use super::ordered_traversal::{near_first, walk_near_first};
 use crate::Vec3;
-use crate::cost::Weights;
 use crate::error::BuildError;
 use crate::geometry::{Aabb, RaySpan, Span};
 use crate::input::{BvhBuild, Options};
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
-use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
+use crate::structure::{Described, Group, Local, LocalIndex, Statistics, Weights};
 
 /// Bounding volume hierarchy with two children a node, over the whole scene or, in a hierarchy, over a cluster.
 pub enum Bvh {}

@@ -7,9 +7,8 @@
 
 use super::filing::Cell;
 use super::plane_tree::{Plane, PlanePolicy, PlaneTree};
-use crate::cost::Weights;
 use crate::input::CostModel;
-use crate::structure::{Described, Group};
+use crate::structure::{Described, Group, Weights};
 
 /// BSP tree, over the whole scene or, in a hierarchy, over a cluster.
 pub type BspTree = PlaneTree<AxesInTurn>;

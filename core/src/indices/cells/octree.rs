@@ -19,9 +19,8 @@ use glam::Vec4;
 use super::filing::Planes;
 use super::filing::{Cell, midpoints};
 use super::octant_tree::{AXES_SHIFT, OctantPolicy, OctantTree};
-use crate::cost::Weights;
 use crate::input::{CostModel, Options};
-use crate::structure::{Described, Group, Local};
+use crate::structure::{Described, Group, Local, Weights};
 
 /// Octree, over the whole scene or, in the paper's octree hierarchy, over a cluster.
 pub type Octree = OctantTree<Halving>;

@@ -13,9 +13,8 @@ use super::filing::Cell;
 use super::filing::Planes;
 use super::octant_tree::{AXES_SHIFT, OctantPolicy, OctantTree};
 use super::split_cost::{CellAxis, SPLIT_LOOKS, best_split};
-use crate::cost::Weights;
 use crate::input::{CostModel, Options};
-use crate::structure::{Described, Group, Local};
+use crate::structure::{Described, Group, Local, Weights};
 
 /// Octree-R, over the whole scene or, in a hierarchy, over a cluster.
 pub type OctreeR = OctantTree<LeastCostOctants>;

@@ -22,13 +22,13 @@ use core::ops::ControlFlow;
 use resolution::{bounded, cells_asked_for, cells_at_most, cheapest_cells};
 use walk::{GridAxis, walk};
 
-use crate::cost::{ProbeRay, Weights, ray_count};
 use crate::error::BuildError;
 use crate::geometry::{RaySpan, Span, Triangle, may_overlap};
+use crate::indices::cost::{ProbeRay, ray_count};
 use crate::input::{CostModel, MOST_CELLS_ON_AXIS, Options, Resolution};
 use crate::memory::{Arena, Words, size_of_slice};
 use crate::query::Query;
-use crate::structure::{Described, Group, Local, LocalIndex, Statistics};
+use crate::structure::{Described, Group, Local, LocalIndex, Statistics, Weights};
 
 /// Uniform grid, over the whole scene or over a cluster. `Clustered<UniformGrid>` is the hierarchy of uniform grids of
 /// Cazals, Drettakis and Puech.

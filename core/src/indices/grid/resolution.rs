@@ -10,9 +10,9 @@ use core::ops::ControlFlow;
 
 use super::walk::walk;
 use super::{Grid, MOST_CELLS_ON_AXIS, UniformGrid, cell_count, triangles_of};
-use crate::cost::{Probe, ProbeRay, resolution_search_steps};
 use crate::error::BuildError;
 use crate::geometry::Aabb;
+use crate::indices::cost::{Probe, ProbeRay, resolution_search_steps};
 use crate::input::{CostModel, Options, Resolution, SimdLevel};
 use crate::memory::Words;
 use crate::query::Query;

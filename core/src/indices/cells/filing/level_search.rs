@@ -30,8 +30,8 @@
 use super::cell_lists::{Lists, Parts, gather};
 use super::octants::{Division, Planes};
 use super::tree_cell::Cell;
-use crate::cost::{BestLevel, level_search_steps};
 use crate::error::BuildError;
+use crate::indices::cost::{BestLevel, level_search_steps};
 use crate::input::CostModel;
 use crate::memory::{Words, put};
 use crate::structure::Group;

@@ -3,9 +3,9 @@
 
 use glam::Vec4;
 
-use crate::cost::half_area;
 use crate::geometry::Aabb;
 use crate::geometry::vector64::widened;
+use crate::indices::cost::half_area;
 
 /// Closed cell.
 #[derive(Clone, Copy)]

@@ -51,12 +51,11 @@ use reader::WideTree;
 pub(crate) use slices::{SliceError, SlicedWords};
 
 use super::dispatch;
-use crate::cost::Weights;
 use crate::error::BuildError;
 use crate::input::{Executor, Options, SimdLevel};
 use crate::memory::Words;
 use crate::query::{BatchQuery, Hit, Query};
-use crate::structure::{Described, DividedScene, Sections, Statistics, Structure};
+use crate::structure::{Described, DividedScene, Sections, Statistics, Structure, Weights};
 
 /// Wide BVH: a BVH8 in `f32`, over the whole scene or, in a hierarchy, over its clusters. 50 to 55 bytes a triangle.
 ///

@@ -21,13 +21,12 @@ use super::reader::Packed;
 use super::views::Unpack;
 use super::{CompactBvh, EMPTY, Form, LEAF_BIT, NODE_WORDS, QuantisedNode};
 use crate::Vec3;
-use crate::cost::Weights;
 use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::indices::wide::rows::{LANES, Row};
 use crate::input::Mesh;
 use crate::memory::Words;
 use crate::query::{Query, TriangleId};
-use crate::structure::Described;
+use crate::structure::{Described, Weights};
 
 /// Form of the compact BVH.
 #[derive(Clone, Copy)]

@@ -9,12 +9,10 @@
 mod best_level;
 mod probe;
 mod sample;
-mod weights;
 
 pub(crate) use best_level::{BestLevel, level_search_steps, resolution_search_steps};
 pub(crate) use probe::{Probe, ProbeRay, ray_count};
 pub(crate) use sample::for_each_ray;
-pub use weights::Weights;
 
 /// Half the surface area of a box whose sides have these lengths.
 pub(crate) fn half_area([x, y, z]: [f64; 3]) -> f64 {
