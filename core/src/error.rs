@@ -1,8 +1,51 @@
-//! Errors of a build, and of opening the bytes of an index.
+//! Errors of a mesh, of a build, and of opening the bytes of an index.
 
 use core::fmt;
 
-use crate::input::MeshError;
+/// Reason why no index can be built from a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// A triangle has an infinite or NaN coordinate.
+    NonFiniteVertex {
+        /// The index of the triangle.
+        triangle: u32,
+    },
+    /// A triangle names a vertex that does not exist.
+    CornerOutOfRange {
+        /// The index of the triangle.
+        triangle: u32,
+        /// The vertex index that is out of range.
+        corner: u32,
+        /// The number of vertices.
+        vertices: usize,
+    },
+    /// The mesh has more triangles than there are ids.
+    TooManyTriangles {
+        /// The number of triangles.
+        given: usize,
+        /// The largest number of triangles that can be indexed.
+        most: usize,
+    },
+}
+
+impl fmt::Display for MeshError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NonFiniteVertex { triangle } => {
+                write!(f, "triangle {triangle} has an infinite or NaN coordinate")
+            }
+            Self::CornerOutOfRange { triangle, corner, vertices } => {
+                write!(f, "triangle {triangle} has vertex {corner} for a corner, of {vertices}")
+            }
+            Self::TooManyTriangles { given, most } => {
+                write!(f, "{given} triangles are more than the {most} that ids can name")
+            }
+        }
+    }
+}
+
+impl core::error::Error for MeshError {}
 
 /// Reason why an index was not built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

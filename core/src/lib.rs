@@ -103,7 +103,7 @@ mod sealed {
     pub trait Sealed {}
 }
 
-pub use error::{BuildError, OpenError};
+pub use error::{BuildError, MeshError, OpenError};
 pub use geometry::kernel::Intersection;
 pub use geometry::{Aabb, Ray, RayError, Triangle, intersect};
 pub use glam::{self, Vec3};
@@ -116,8 +116,8 @@ pub use index::{
     Stored, select,
 };
 pub use input::{
-    BvhBuild, CostModel, Executor, Float64, Level, Mesh, MeshError, Options, Resolution, Scene,
-    Sequential, SimdLevel,
+    BvhBuild, CostModel, Executor, Float64, Level, Mesh, Options, Resolution, Scene, Sequential,
+    SimdLevel,
 };
 pub use memory::{Aligned, Block};
 pub use query::{AllHits, Counters, Hit, TriangleId};

@@ -1,9 +1,9 @@
 //! Triangles in the caller's memory.
 
-use core::fmt;
 use core::ops::Range;
 
 use crate::Vec3;
+use crate::error::MeshError;
 use crate::geometry::Triangle;
 
 /// Largest number of triangles: 2^30. A cluster tree has up to twice as many nodes, and all of their ids stay below
@@ -132,48 +132,3 @@ impl<'a> Mesh<'a> {
         })
     }
 }
-
-/// Reason why no index can be built from a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum MeshError {
-    /// A triangle has an infinite or NaN coordinate.
-    NonFiniteVertex {
-        /// The index of the triangle.
-        triangle: u32,
-    },
-    /// A triangle names a vertex that does not exist.
-    CornerOutOfRange {
-        /// The index of the triangle.
-        triangle: u32,
-        /// The vertex index that is out of range.
-        corner: u32,
-        /// The number of vertices.
-        vertices: usize,
-    },
-    /// The mesh has more triangles than there are ids.
-    TooManyTriangles {
-        /// The number of triangles.
-        given: usize,
-        /// The largest number of triangles that can be indexed.
-        most: usize,
-    },
-}
-
-impl fmt::Display for MeshError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::NonFiniteVertex { triangle } => {
-                write!(f, "triangle {triangle} has an infinite or NaN coordinate")
-            }
-            Self::CornerOutOfRange { triangle, corner, vertices } => {
-                write!(f, "triangle {triangle} has vertex {corner} for a corner, of {vertices}")
-            }
-            Self::TooManyTriangles { given, most } => {
-                write!(f, "{given} triangles are more than the {most} that ids can name")
-            }
-        }
-    }
-}
-
-impl core::error::Error for MeshError {}
