@@ -5,9 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-mod program;
-
-use program::{command_line, failure, folder, same_bytes, success, write_rays};
+use crate::program::{command_line, failure, folder, same_bytes, success, write_rays};
 
 /// A room far from the origin of its coordinates, without a lid, of two colours and objects; one face shines.
 const ROOM: &str = "mtllib room.mtl

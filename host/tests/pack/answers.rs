@@ -2,9 +2,7 @@
 
 use std::fs;
 
-mod program;
-
-use program::{failure, folder, run_in, success, write_rays};
+use crate::program::{failure, folder, run_in, success, write_rays};
 
 #[test]
 fn a_packed_index_answers_as_a_built_one() {

@@ -7,9 +7,7 @@ use std::time::{Duration, Instant};
 
 use arboleda_host::parts::PartFile;
 
-mod program;
-
-use program::{command_in, failure, folder, run_in, success};
+use crate::program::{command_in, failure, folder, run_in, success};
 
 const SCENE: [&str; 6] = ["shoot", "--scene", "fig2", "--photons", "20k", "--quiet"];
 

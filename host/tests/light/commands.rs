@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-mod program;
-
-use program::{failure, folder, names, run_in, success, write_rays};
+use crate::program::{failure, folder, names, run_in, success, write_rays};
 
 /// A floor under the default lamp, and a sliver without area.
 const SCENE: &str = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 1\nv 2 2 2\nf 1 2 3 4\nf 1 5 6\n";

@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-mod program;
-
-use program::{command_in, failure, folder, names, run_in, success};
+use crate::program::{command_in, failure, folder, names, run_in, success};
 
 /// Writes an OBJ file of boxes: each is an object of twelve triangles.
 fn write_boxes(path: &Path, boxes: impl Iterator<Item = ([f32; 3], f32)>) {

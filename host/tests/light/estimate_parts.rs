@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-mod program;
-
-use program::{command_line, failure, folder, same_bytes, success, write_rays};
+use crate::program::{command_line, failure, folder, same_bytes, success, write_rays};
 
 /// A room without a lid, whose walls have two colours.
 const ROOM: &str = "mtllib room.mtl
