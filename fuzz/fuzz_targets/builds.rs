@@ -15,10 +15,10 @@ use arboleda::{
     Triangle, Vec3,
 };
 use arboleda_tests::build::Built;
-use arboleda_tests::checks::{all_hits, bits};
-use arboleda_tests::crowds::{self, Crowd};
+use arboleda_tests::checks::{all_hits, bits, work};
 use arboleda_tests::random::Random;
-use arboleda_tests::{rays, scenes, work};
+use arboleda_tests::scenes::crowds::{self, Crowd};
+use arboleda_tests::{rays, scenes};
 use libfuzzer_sys::fuzz_target;
 
 /// Most steps of a build with a given level or resolution.

@@ -12,7 +12,9 @@ use std::sync::LazyLock;
 use arbitrary::Arbitrary;
 use arboleda::{IndexKind, Mesh, Options, Ray, Scene, Triangle};
 use arboleda_tests::build::Built;
-use arboleda_tests::hostile::{is_harmless_beside, small_options, with_words, with_words_beside};
+use arboleda_tests::checks::hostile::{
+    is_harmless_beside, small_options, with_words, with_words_beside,
+};
 use arboleda_tests::{rays, scenes};
 use libfuzzer_sys::fuzz_target;
 

@@ -8,7 +8,8 @@ use arboleda::{
 use arboleda_tests::build::Built;
 use arboleda_tests::checks::bits;
 use arboleda_tests::random::Random;
-use arboleda_tests::{crowds, rays, scenes};
+use arboleda_tests::rays;
+use arboleda_tests::scenes::{self, crowds};
 
 /// The kinds whose batches differ from single rays.
 const KINDS: [IndexKind; 3] = [IndexKind::WideBvh, IndexKind::CompactBvh, IndexKind::LeanBvh];

@@ -6,7 +6,9 @@ use arboleda::{
     Block, BuildError, Capacity, IndexKind, Level, Options, Resolution, Scene, Triangle,
 };
 use arboleda_tests::build::Built;
-use arboleda_tests::{checks, crowds, rays, scenes, work};
+use arboleda_tests::checks::{self, work};
+use arboleda_tests::rays;
+use arboleda_tests::scenes::{self, crowds};
 
 fn capacity(
     kind: IndexKind,

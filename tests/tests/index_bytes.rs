@@ -1,11 +1,11 @@
 //! Tests of hostile index bytes: truncated, damaged, or forged.
 //!
-//! `from_bytes` must not panic, and an index that it accepts must be safe to query. `arboleda_tests::hostile` defines
+//! `from_bytes` must not panic, and an index that it accepts must be safe to query. `arboleda_tests::checks::hostile` defines
 //! "safe".
 
 use arboleda::{IndexKind, Level, OpenError, Options, Scene, Vec3};
 use arboleda_tests::build::Built;
-use arboleda_tests::hostile::{
+use arboleda_tests::checks::hostile::{
     self, is_harmless, offset_in, small_options, some_rays, two_lattices, with_words,
 };
 use arboleda_tests::random::Random;

@@ -9,9 +9,9 @@ use arboleda::kinds::WideBvh;
 use arboleda::{
     Block, Index, Intersection, Options, Ray, Scene, SimdLevel, Triangle, Vec3, intersect,
 };
+use arboleda_tests::pairs::zeros::Zeros;
 use arboleda_tests::pairs::{self, Family};
 use arboleda_tests::random::Random;
-use arboleda_tests::zeros::Zeros;
 use arboleda_tests::{oracle, parallel};
 
 const PAIRS_PER_FAMILY: usize = if cfg!(debug_assertions) { 2_000 } else { 80_000 };

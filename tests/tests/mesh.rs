@@ -5,10 +5,10 @@
 use arboleda::kinds::LeanBvh;
 use arboleda::{BuildError, Index, IndexKind, Mesh, MeshError, OpenError, Options, Scene, Vec3};
 use arboleda_tests::build::{Built, build_exactly};
-use arboleda_tests::checks::{all_hits, is_the_same};
-use arboleda_tests::hostile::{
+use arboleda_tests::checks::hostile::{
     self, is_harmless_beside, small_options, some_rays, two_lattices, with_words_beside,
 };
+use arboleda_tests::checks::{all_hits, is_the_same};
 use arboleda_tests::random::Random;
 use arboleda_tests::scenes::welded;
 use arboleda_tests::{rays, scenes};

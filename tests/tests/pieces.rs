@@ -7,7 +7,7 @@ use arboleda::{
 };
 use arboleda_tests::build::Built;
 use arboleda_tests::parallel::AtOnce;
-use arboleda_tests::{crowds, scenes};
+use arboleda_tests::scenes::{self, crowds};
 
 fn blocks(bytes: usize) -> Vec<Block> {
     vec![Block::ZERO; Block::count(bytes)]

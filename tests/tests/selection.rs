@@ -233,7 +233,7 @@ fn the_more_rays_the_more_is_tried() {
 /// Trying candidates costs at most a few builds of the chosen index, even on scenes that no plane separates.
 #[test]
 fn trying_is_bounded_by_the_chosen_build() {
-    for (name, crowd) in arboleda_tests::crowds::ALL {
+    for (name, crowd) in arboleda_tests::scenes::crowds::ALL {
         let triangles = crowd(2_000);
         let (mut arena, mut scratch) = (vec![Block::ZERO; 1 << 20], scratch_for(&triangles));
         let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));

@@ -2,8 +2,9 @@
 
 use arboleda::kinds::WideBvh;
 use arboleda::{Block, BuildError, Index, MeshError, Options, Scene, SlicedBuild, Triangle, Vec3};
+use arboleda_tests::parallel;
 use arboleda_tests::random::Random;
-use arboleda_tests::{crowds, parallel, scenes};
+use arboleda_tests::scenes::{self, crowds};
 
 fn blocks(bytes: usize) -> Vec<Block> {
     vec![Block::ZERO; Block::count(bytes)]

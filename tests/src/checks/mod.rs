@@ -1,5 +1,8 @@
 //! Checks of indices against tests of every triangle, bit for bit, also beside a mesh.
 
+pub mod hostile;
+pub mod work;
+
 use arboleda::{
     AllHits, AnyIndex, Counters, Hit, IndexKind, Mesh, Options, Ray, RayIndex, Scene, Triangle,
     TriangleId, intersect,

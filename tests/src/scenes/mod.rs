@@ -1,5 +1,7 @@
 //! Scenes for index builds. Each scene is a function of its arguments.
 
+pub mod crowds;
+
 use std::collections::HashMap;
 
 use arboleda::{Triangle, Vec3};

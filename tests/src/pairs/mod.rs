@@ -3,6 +3,8 @@
 //! Each [`Family`] is hard in one way. Points lie on a lattice, so that a ray can pass exactly *through* an edge, or
 //! are moved by one ulp, so that it barely misses. Each family has both hits and misses; the tests check their shares.
 
+pub mod zeros;
+
 use arboleda::{Ray, Triangle, Vec3};
 
 use crate::oracle;
