@@ -27,7 +27,7 @@ pub(crate) use estimate::rounded;
 pub use estimate::{Estimate, Sums};
 pub use estimator::{Estimator, EstimatorError, automatic_radius, wanted_photons};
 pub use light_field::{
-    CountsOf, DiscCounter, Harvest, Light, LightField, LightPiece, LightSums, Work,
+    CountsOf, DiscCounter, EstimateWork, Harvest, Light, LightField, LightPiece, LightSums,
 };
 pub use photon_map::{
     Deposits, Facing, Found, Gather, MapError, MapEstimator, Neighbourhood, PhotonMap,

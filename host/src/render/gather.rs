@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::batch;
 use crate::density::{
-    Bounces, Estimate, EstimatorError, LightField, PhotonSource, Receiver, Work, rounded,
+    Bounces, Estimate, EstimateWork, EstimatorError, LightField, PhotonSource, Receiver, rounded,
 };
 use crate::photon::PhotonRandom;
 use crate::scene::Model;
@@ -84,7 +84,7 @@ impl<'s> Gathering<'s> {
         points: &[Receiver],
         photons: &(impl Fn(u64) + Sync),
         estimates: &(impl Fn(u64) + Sync),
-    ) -> Result<(Vec<Estimate>, Work), EstimatorError> {
+    ) -> Result<(Vec<Estimate>, EstimateWork), EstimatorError> {
         // The balance is that of whole paths, without points too.
         if points.is_empty() {
             return field.estimates(points, photons, estimates);

@@ -17,8 +17,8 @@ use crate::commands::light::lit_scene::{LightingArguments, LitScene, print_balan
 use crate::commands::light::parts::{MergeOutputs, MergedJob, PartWork, Team, recorded};
 use crate::commands::output::{arrow_to, bytes, count, duration, say};
 use crate::density::{
-    DiscCounter, Estimate, Estimator, EstimatorError, Fan, Harvest, LightPiece, LightSums,
-    PhotonSource, Receiver, Work,
+    DiscCounter, Estimate, EstimateWork, Estimator, EstimatorError, Fan, Harvest, LightPiece,
+    LightSums, PhotonSource, Receiver,
 };
 use crate::files::output::{check_writable, write_npy};
 use crate::files::rays;
@@ -173,7 +173,7 @@ impl Irradiance {
         let (estimates, work) = field.estimates(valid, &|some| bar.inc(some), &|_| {})?;
         field.check_used()?;
         bar.finish_and_clear();
-        let Work { balance, bytes: memory, .. } = work;
+        let EstimateWork { balance, bytes: memory, .. } = work;
         let seconds = start.elapsed().as_secs_f64();
 
         // 2. Rows in the order of the points.

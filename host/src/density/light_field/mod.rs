@@ -150,7 +150,7 @@ impl<'s> LightField<'s> {
         receivers: &[Receiver],
         photons: &(impl Fn(u64) + Sync),
         estimates: &(impl Fn(u64) + Sync),
-    ) -> Result<(Vec<Estimate>, Work), EstimatorError> {
+    ) -> Result<(Vec<Estimate>, EstimateWork), EstimatorError> {
         /// Receivers between two calls of `estimates`.
         const SOME: usize = 1024;
         match (&self.estimator, &self.map) {
@@ -169,7 +169,7 @@ impl<'s> LightField<'s> {
                     some
                 };
                 let all = receivers.par_chunks(SOME).flat_map_iter(of_some).collect();
-                Ok((all, Work { balance: *map.balance(), streamed: 0, bytes: map.bytes() }))
+                Ok((all, EstimateWork { balance: *map.balance(), streamed: 0, bytes: map.bytes() }))
             }
             (Estimator::TangentPlane(options), _) => {
                 let (sums, areas, work) = self.sums(receivers, options, photons)?;
@@ -180,7 +180,7 @@ impl<'s> LightField<'s> {
                 Ok((all, work))
             }
             // A photon map is made with the field.
-            (Estimator::PhotonMap(..), None) => Ok((Vec::new(), Work::default())),
+            (Estimator::PhotonMap(..), None) => Ok((Vec::new(), EstimateWork::default())),
         }
     }
 
@@ -191,7 +191,7 @@ impl<'s> LightField<'s> {
         receivers: &[Receiver],
         options: &TangentPlane,
         photons: &(impl Fn(u64) + Sync),
-    ) -> Result<(Vec<Sums>, Vec<f64>, Work), EstimatorError> {
+    ) -> Result<(Vec<Sums>, Vec<f64>, EstimateWork), EstimatorError> {
         let (kind, scene) = (self.disc_kind, self.source.index);
         let lock =
             || self.log.as_ref().map(|log| log.lock().unwrap_or_else(PoisonError::into_inner));
@@ -202,11 +202,11 @@ impl<'s> LightField<'s> {
             let polygons = options.polygons(receivers, scene, &self.fan);
             let areas = options.areas(receivers.len(), &polygons);
             let bytes = size_of_val(sums.as_slice());
-            return Ok((own, areas, Work { balance: *balance, streamed: 0, bytes }));
+            return Ok((own, areas, EstimateWork { balance: *balance, streamed: 0, bytes }));
         }
         let mut discs = Discs::new(receivers, options, kind, scene, &self.fan)?;
         let balance = discs.count(&self.source, photons);
-        let work = Work { balance, streamed: balance.emitted, bytes: discs.bytes() };
+        let work = EstimateWork { balance, streamed: balance.emitted, bytes: discs.bytes() };
         let (own, areas) = discs.into_sums();
         if let Some(log) = lock().as_deref_mut() {
             log.balance = balance;
@@ -218,7 +218,7 @@ impl<'s> LightField<'s> {
 
 /// Work of estimates: the photons behind them, and the memory that they took.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Work {
+pub struct EstimateWork {
     /// Ends of the photons.
     pub balance: Balance,
     /// Photons that were streamed for these estimates; 0 with a photon map.
@@ -227,7 +227,7 @@ pub struct Work {
     pub bytes: usize,
 }
 
-impl Work {
+impl EstimateWork {
     /// Returns the work of these estimates and of others with the same photons, one after the other.
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {

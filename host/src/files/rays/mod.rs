@@ -41,11 +41,11 @@ const MOST_NESTED: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayTable {
     columns: usize,
-    values: Values,
+    values: Floats,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Values {
+enum Floats {
     Single(Vec<f32>),
     Double(Vec<f64>),
 }
@@ -127,9 +127,9 @@ pub fn read_as(bytes: &[u8], layout: &Layout) -> Result<RayTable, RaysProblem> {
     // 3. The numbers.
     let file = NpyFile::with_header(header, rest);
     let numbers = if bytes_each == 4 {
-        file.into_vec().map(Values::Single)
+        file.into_vec().map(Floats::Single)
     } else {
-        file.into_vec().map(Values::Double)
+        file.into_vec().map(Floats::Double)
     };
     let values = numbers.map_err(|error| RaysProblem::Header(error.to_string()))?;
     Ok(RayTable { columns: columns as usize, values })
@@ -183,8 +183,8 @@ impl RayTable {
     /// Returns the number of rays.
     pub fn len(&self) -> usize {
         let numbers = match &self.values {
-            Values::Single(values) => values.len(),
-            Values::Double(values) => values.len(),
+            Floats::Single(values) => values.len(),
+            Floats::Double(values) => values.len(),
         };
         numbers / self.columns
     }
@@ -196,14 +196,14 @@ impl RayTable {
 
     /// Tells whether the file has numbers of 64 bits, which rays round to `f32`.
     pub fn is_rounded(&self) -> bool {
-        matches!(self.values, Values::Double(_))
+        matches!(self.values, Floats::Double(_))
     }
 
     /// Makes the rays relative to the scene's origin. A row that is not a valid ray becomes an error.
     pub fn rays(&self, origin: [f64; 3]) -> Vec<Result<Ray, RayError>> {
         match &self.values {
-            Values::Single(values) => rays(values, self.columns, origin),
-            Values::Double(values) => rays(values, self.columns, origin),
+            Floats::Single(values) => rays(values, self.columns, origin),
+            Floats::Double(values) => rays(values, self.columns, origin),
         }
     }
 }
@@ -212,8 +212,8 @@ impl RayTable {
     /// Makes points with normals relative to the scene's origin; each row is a position and a normal.
     pub fn points(&self, origin: [f64; 3]) -> Vec<(Vec3, Vec3)> {
         match &self.values {
-            Values::Single(values) => points(values, self.columns, origin),
-            Values::Double(values) => points(values, self.columns, origin),
+            Floats::Single(values) => points(values, self.columns, origin),
+            Floats::Double(values) => points(values, self.columns, origin),
         }
     }
 }

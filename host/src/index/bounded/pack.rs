@@ -11,7 +11,7 @@ use blake3::Hash;
 
 use super::columns::Wanted;
 use super::pager::LEAST_MARGIN;
-use super::triangles::{Written, stream};
+use super::triangles::{WrittenScene, stream};
 use super::{Pager, Scratch, View, cast, reading};
 use crate::Threads;
 use crate::benchmark::harness::progress::{during, with_bar};
@@ -135,7 +135,7 @@ struct Work<'w> {
 
 impl Work<'_> {
     /// Builds a hierarchy piece by piece. The triangles go to their section of the index at once.
-    fn pieces(&self, mut out: &File) -> anyhow::Result<(Written, View)> {
+    fn pieces(&self, mut out: &File) -> anyhow::Result<(WrittenScene, View)> {
         let BoundedPack { kind, options, .. } = *self.pack;
         // 1. The triangles.
         out.write_all(&[0; HEADER])?;
@@ -185,7 +185,7 @@ impl Work<'_> {
     }
 
     /// Builds one index over all triangles, in mapped memory.
-    fn whole(&self, out: &File) -> anyhow::Result<(Written, View)> {
+    fn whole(&self, out: &File) -> anyhow::Result<(WrittenScene, View)> {
         let BoundedPack { kind, options, .. } = *self.pack;
         // 1. The triangles, to a file of their own.
         let file = tempfile::tempfile_in(self.folder)?;
@@ -210,7 +210,7 @@ impl Work<'_> {
     }
 
     /// Streams the triangles to a file, from `start` on, and columns to temporary ones.
-    fn stream(&self, file: &File, start: usize) -> anyhow::Result<(Written, View)> {
+    fn stream(&self, file: &File, start: usize) -> anyhow::Result<(WrittenScene, View)> {
         let BoundedPack { files, origin, by_objects, scene, .. } = *self.pack;
         let wanted = match (scene, by_objects) {
             (Some(_), _) => Wanted::Scene,
@@ -223,7 +223,11 @@ impl Work<'_> {
     }
 
     /// Makes the scene of mapped triangles, and of the numbers of their objects if it is divided by them.
-    fn scene_of<'v>(&self, written: &'v Written, triangles: &'v View) -> anyhow::Result<Scene<'v>> {
+    fn scene_of<'v>(
+        &self,
+        written: &'v WrittenScene,
+        triangles: &'v View,
+    ) -> anyhow::Result<Scene<'v>> {
         let scene = Scene::new(cast(triangles)?);
         let objects = written.columns.objects().filter(|_| self.pack.by_objects);
         Ok(match objects {
@@ -234,7 +238,12 @@ impl Work<'_> {
 
     /// Tells how much disk is needed beside what was streamed, and stops if there is less. Temporary files are gone
     /// before the scene is written.
-    fn tell_need(&self, written: &Written, scratch: usize, index: usize) -> anyhow::Result<()> {
+    fn tell_need(
+        &self,
+        written: &WrittenScene,
+        scratch: usize,
+        index: usize,
+    ) -> anyhow::Result<()> {
         let megabytes = |bytes: usize| bytes.div_ceil(1_000_000);
         let folder = self.folder.display();
         let has_triangles = self.pack.scene.is_some() && self.pack.kind.holds_triangles();

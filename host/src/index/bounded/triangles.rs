@@ -15,7 +15,7 @@ use crate::scene::{Model, Origin, SceneError, SceneFiles};
 const MOST_TRIANGLES: usize = 1 << 30;
 
 /// Triangles of a scene, written to a file, and its columns, to others.
-pub struct Written {
+pub struct WrittenScene {
     /// Number of triangles.
     pub count: usize,
     /// Point that was subtracted from all coordinates.
@@ -45,7 +45,7 @@ pub fn stream(
     wanted: Wanted,
     folder: &Path,
     pager: &Pager,
-) -> anyhow::Result<Written> {
+) -> anyhow::Result<WrittenScene> {
     let full = "cannot write the scene to temporary files";
     let mut writer = BufWriter::with_capacity(1 << 20, triangles);
     let mut columns = Columns::new(wanted, folder).context(full)?;
@@ -75,5 +75,5 @@ pub fn stream(
     })
     .map_err(|error| error.0)?;
     writer.flush().context(full)?;
-    Ok(Written { count, origin, columns: columns.view(pager).context(full)? })
+    Ok(WrittenScene { count, origin, columns: columns.view(pager).context(full)? })
 }
