@@ -5,3 +5,4 @@
 mod answers;
 mod builds;
 mod bytes;
+mod house;
