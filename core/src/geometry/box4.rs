@@ -31,10 +31,12 @@ impl Box4 {
     }
 
     /// The box that is one point.
+    #[inline]
     pub fn at(point: Vec4) -> Self {
         Self { lo: point, hi: point }
     }
 
+    #[inline]
     pub fn union(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }

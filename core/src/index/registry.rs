@@ -59,12 +59,12 @@ registry! {
     /// | bsp-tree-hierarchy | 3264 | 4096 | 3776 | 4544 | 1024 |
     /// | bvh | 3328 | 4160 | 3840 | 3520 | 960 |
     /// | bvh-hierarchy | 3328 | 4160 | 3840 | 4544 | 960 |
-    /// | wide-bvh | 4352 | 6272 | 6016 | 11200 | 6528 |
-    /// | wide-bvh-hierarchy | 4352 | 6272 | 6016 | 12096 | 6528 |
-    /// | compact-bvh | 4352 | 6336 | 6208 | 10560 | 6272 |
-    /// | compact-bvh-hierarchy | 4352 | 6336 | 6208 | 11392 | 6272 |
-    /// | lean-bvh | 4416 | 6400 | 6208 | 10560 | 6592 |
-    /// | lean-bvh-hierarchy | 4416 | 6400 | 6208 | 11392 | 6592 |
+    /// | wide-bvh | 4352 | 6272 | 6016 | 10496 | 6528 |
+    /// | wide-bvh-hierarchy | 4352 | 6272 | 6016 | 11392 | 6528 |
+    /// | compact-bvh | 4352 | 6336 | 6208 | 9856 | 6272 |
+    /// | compact-bvh-hierarchy | 4352 | 6336 | 6208 | 10688 | 6272 |
+    /// | lean-bvh | 4416 | 6400 | 6208 | 9856 | 6592 |
+    /// | lean-bvh-hierarchy | 4416 | 6400 | 6208 | 10688 | 6592 |
 
     "linear" = 1, cfg(all()), crate::indices::linear::scratch_bytes {
         /// Linear scan: every triangle is tested.

@@ -16,7 +16,7 @@ use crate::input::{Mesh, SimdLevel};
 use crate::query::{Query, TriangleId};
 
 /// True if the target has vector registers of four `f32`.
-const HAS_VECTORS: bool =
+pub(crate) const HAS_VECTORS: bool =
     cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128"));
 
 /// Shows a query the triangles of a mesh that `ids` names.

@@ -31,7 +31,7 @@ pub(crate) use candidates::{decide_each, last_t};
 pub(crate) use lanes::{
     Arithmetic, FAR, LANES, LEAF_ROWS, Lanes, LeafRows, NODE_ROWS, Node, Row, key,
 };
-pub(crate) use leaf_test::{test_each, test_triangles};
+pub(crate) use leaf_test::{HAS_VECTORS, test_each, test_triangles};
 pub(crate) use portable::Portable;
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 pub(crate) use portable::Portable as Fastest;

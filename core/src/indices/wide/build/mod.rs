@@ -16,6 +16,8 @@
 //! The quantised indices begin with the first pass too, and write its [`Subtree`]s in their own form.
 
 mod binned_sah;
+mod bins;
+mod box8;
 pub(crate) mod collapse;
 mod partition;
 pub(crate) mod primitive;

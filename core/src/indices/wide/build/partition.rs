@@ -10,11 +10,12 @@ use arrayvec::ArrayVec;
 use glam::Vec4;
 
 use super::BALANCED_FROM;
-use super::binned_sah::{cost_of, split_by_sah, split_equally};
+use super::binned_sah::{split_by_sah, split_equally};
+use super::bins::cost_of;
 use super::primitive::{Primitive, PrimitiveBounds};
 use crate::cluster::{ClusterNode, Clusters, MAX_TREE_DEPTH, NodeId};
 use crate::geometry::Box4;
-use crate::input::Mesh;
+use crate::input::{Mesh, SimdLevel};
 use crate::memory::put;
 
 /// Subset of the primitives, and how it is to be split.
@@ -31,6 +32,7 @@ pub(crate) struct Divider<'b> {
     nodes: &'b [ClusterNode],
     /// The number of triangles below each node of the cluster tree.
     counts: &'b [u32],
+    level: SimdLevel,
 }
 
 impl<'b> Divider<'b> {
@@ -43,14 +45,14 @@ impl<'b> Divider<'b> {
         nodes: &'b [ClusterNode],
     ) -> Self {
         count_triangles(counts, clusters, nodes);
-        let divider = Self { nodes, counts };
+        let divider = Self { nodes, counts, level: SimdLevel::detect() };
         divider.file(primitives, triangles, clusters);
         divider
     }
 
     /// A splitter of subsets inside of a cluster alone.
-    pub const fn of_parts() -> Self {
-        Self { nodes: &[], counts: &[] }
+    pub fn of_parts() -> Self {
+        Self { nodes: &[], counts: &[], level: SimdLevel::detect() }
     }
 
     /// The subset of all primitives.
@@ -105,7 +107,7 @@ impl<'b> Divider<'b> {
     /// The two nodes that a node of the cluster tree joins, the one that costs less to test first.
     fn cheaper_first(&self, node: &ClusterNode) -> [u32; 2] {
         let cost = |link: u32| {
-            let count = self.counts.get(link as usize).map_or(0, |&count| count.cast_signed());
+            let count = self.counts.get(link as usize).copied().unwrap_or(0);
             self.bounds_of(link).half_area() * cost_of(count)
         };
         let [left, right] = node.links;
@@ -128,7 +130,7 @@ impl<'b> Divider<'b> {
             }
             Subset::Inside(ref part, depth) => {
                 let (length, parts) = if depth < BALANCED_FROM {
-                    split_by_sah(primitives, part)
+                    split_by_sah(primitives, part, self.level)
                 } else {
                     split_equally(primitives)
                 };

@@ -10,7 +10,8 @@
 
 use arrayvec::ArrayVec;
 
-use super::binned_sah::{BINS, Binned, Bins, FEW, Partition, stride_of};
+use super::binned_sah::{BINS, FEW, Partition, stride_of};
+use super::bins::{Binned, Bins};
 use super::collapse::{BinarySplit, Forest};
 use super::partition::{Divider, Subset};
 use super::primitive::{Primitive, PrimitiveBounds};
@@ -229,7 +230,7 @@ impl SlicedSort {
         if end < part.count {
             return Task::Bin { part, bins, next: end };
         }
-        match self.binned.best_plane() {
+        match self.binned.best_plane(stride) {
             Some(plane) => Task::Partition { part, partition: Partition::new(&bins, &plane) },
             None => measure(part, part.count / 2),
         }

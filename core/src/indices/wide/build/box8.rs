@@ -1,0 +1,83 @@
+//! Axis-aligned boxes of which one minimum makes the union, for builds.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use crate::geometry::Box4;
+use crate::simd::HAS_VECTORS;
+
+/// Axis-aligned box as eight numbers: the lower corner and a number for any use, the negated upper corner and another.
+///
+/// The union is a minimum of numbers, one by one. Compilers make one instruction of it where registers hold eight
+/// numbers, and two where they hold four.
+///
+/// No lower corner is -0.0 and no negated upper corner is 0.0, so the minimum is the same on every target.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(32))]
+pub(crate) struct Box8([f32; 8]);
+
+impl Box8 {
+    pub const EMPTY: Self = Self([f32::INFINITY; 8]);
+
+    /// The box, and its numbers for any use.
+    pub fn new(bounds: Box4, [first, second]: [f32; 2]) -> Self {
+        let corners = [bounds.lo.with_w(first), (-bounds.hi).with_w(second)];
+        bytemuck::must_cast(corners)
+    }
+
+    /// The same box with another number behind the lower corner.
+    pub const fn with_number(self, number: f32) -> Self {
+        let [a, b, c, _, d, e, f, last] = self.0;
+        Self([a, b, c, number, d, e, f, last])
+    }
+
+    /// The box. Its fourth components are the number behind the lower corner, and the negated number behind the upper.
+    #[inline(always)]
+    pub fn box4(&self) -> Box4 {
+        let [lo, negated_hi]: [Vec4; 2] = bytemuck::must_cast(*self);
+        Box4 { lo, hi: -negated_hi }
+    }
+
+    /// The numbers for any use.
+    #[inline(always)]
+    pub fn numbers(&self) -> [f32; 2] {
+        let [_, _, _, first, .., second] = self.0;
+        [first, second]
+    }
+
+    /// The union of the boxes; of each number for any use, the lesser.
+    #[inline(always)]
+    pub fn union(mut self, other: Self) -> Self {
+        for (all, number) in self.0.iter_mut().zip(other.0) {
+            *all = if number < *all { number } else { *all };
+        }
+        self
+    }
+
+    /// The lower corner plus the upper corner.
+    #[inline(always)]
+    pub fn doubled_centroid(&self) -> Vec4 {
+        let [lo, negated_hi]: [Vec4; 2] = bytemuck::must_cast(*self);
+        lo - negated_hi
+    }
+
+    /// The lengths of the sides, negated.
+    #[inline(always)]
+    pub fn negated_size(&self) -> Vec4 {
+        let [lo, negated_hi]: [Vec4; 2] = bytemuck::must_cast(*self);
+        lo + negated_hi
+    }
+
+    /// Adds `numbers`, of which all but the fourth are -0.0 and change nothing. In vectors, eight additions are one.
+    #[inline(always)]
+    pub fn plus(mut self, numbers: &[f32; 8]) -> Self {
+        if HAS_VECTORS {
+            for (all, number) in self.0.iter_mut().zip(numbers) {
+                *all += number;
+            }
+        } else {
+            self.0[3] += numbers[3];
+        }
+        self
+    }
+}
