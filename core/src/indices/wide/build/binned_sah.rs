@@ -169,8 +169,8 @@ impl Partition {
     /// Looks at up to `count` more primitives of all `primitives`.
     #[inline(always)]
     pub fn go_on(&mut self, primitives: &mut [Primitive], count: usize) {
-        // Number by number, of which compilers make whole registers. A primitive that is moved as two corners and read as
-        // one value stalls the processor.
+        // Number by number, of which compilers make whole registers, and no loop where there are none. A primitive that is
+        // moved as two corners and read as one value stalls the processor.
         let numbers = bytemuck::cast_slice_mut::<Primitive, f32>(primitives);
         let (cells, _) = Cell::from_mut(numbers).as_slice_of_cells().as_chunks::<8>();
         let mut front = self.front;
@@ -178,19 +178,35 @@ impl Partition {
         for cell in cells.get(self.next..end).unwrap_or_default() {
             let doubled_centroid = cell[self.axis % 4].get() - cell[4 + self.axis % 4].get();
             if let Some(first) = cells.get(front) {
-                let [numbers, at_front] = [cell, first].map(|cell| cell.each_ref().map(Cell::get));
-                for (cell, number) in cell.iter().zip(at_front) {
-                    cell.set(number);
-                }
-                for (cell, number) in first.iter().zip(numbers) {
-                    cell.set(number);
-                }
+                let (primitive, at_front) = (get(cell), get(first));
+                set(cell, at_front);
+                set(first, primitive);
             }
             front += usize::from((doubled_centroid >= self.plane_at) == self.above_first);
         }
         self.front = front;
         self.next = (self.next + count).min(primitives.len());
     }
+}
+
+#[inline(always)]
+fn get(cells: &[Cell<f32>; 8]) -> [f32; 8] {
+    let [a, b, c, d, e, f, g, h] = cells;
+    [a.get(), b.get(), c.get(), d.get(), e.get(), f.get(), g.get(), h.get()]
+}
+
+#[inline(always)]
+fn set(cells: &[Cell<f32>; 8], numbers: [f32; 8]) {
+    let [a, b, c, d, e, f, g, h] = cells;
+    let [i, j, k, l, m, n, o, p] = numbers;
+    a.set(i);
+    b.set(j);
+    c.set(k);
+    d.set(l);
+    e.set(m);
+    f.set(n);
+    g.set(o);
+    h.set(p);
 }
 
 #[cfg(test)]

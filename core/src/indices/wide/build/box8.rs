@@ -45,13 +45,21 @@ impl Box8 {
         [first, second]
     }
 
-    /// The union of the boxes; of each number for any use, the lesser.
+    /// The union of the boxes. The numbers for any use stay if they are at most those of `other`; else what they become
+    /// depends on the target.
     #[inline(always)]
-    pub fn union(mut self, other: Self) -> Self {
-        for (all, number) in self.0.iter_mut().zip(other.0) {
-            *all = if number < *all { number } else { *all };
+    pub fn union(self, other: Self) -> Self {
+        let lesser = |all: f32, number: f32| if number < all { number } else { all };
+        let [a, b, c, mut first, d, e, f, mut second] = self.0;
+        let [g, h, i, other_first, j, k, l, other_second] = other.0;
+        if HAS_VECTORS {
+            // So that there are eight minima, of which compilers make one instruction or two.
+            first = lesser(first, other_first);
+            second = lesser(second, other_second);
         }
-        self
+        let lo = [lesser(a, g), lesser(b, h), lesser(c, i)];
+        let hi = [lesser(d, j), lesser(e, k), lesser(f, l)];
+        Self([lo[0], lo[1], lo[2], first, hi[0], hi[1], hi[2], second])
     }
 
     /// The lower corner plus the upper corner.
