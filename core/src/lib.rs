@@ -15,7 +15,7 @@
 //! clients), if there is no heap, or if a scene is made of groups far from each other.
 //!
 //! **No**, if you need a renderer, motion, instances, curves or another primitive than triangles, or an index that is
-//! updated as the scene moves. Embree answers single rays 11 to 27% faster on a large x86-64, and is not exact.
+//! updated as the scene moves. On a large x86-64, Embree answers single rays about as fast, and is not exact.
 //!
 //! # Contents
 //!

@@ -1,6 +1,7 @@
-//! SIMD level: the vector instructions that queries may use.
+//! SIMD level: the vector instructions that queries and builds may use.
 
-/// Set of vector instructions that queries may use beyond those that the crate is compiled for.
+/// Set of vector instructions that queries, builds and a caller's [`Work`](crate::Work) may use beyond those that the
+/// crate is compiled for.
 ///
 /// Answers and counters are the same at every level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,9 +12,10 @@ pub struct SimdLevel {
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 cpufeatures::new!(avx2, "avx2");
-// The instruction sets that the traversal in `wide::dispatch` is compiled for.
+// The instruction sets that `wide::dispatch` and `simd::work` are compiled for. AVX-512 F has AVX2 and FMA with it for the
+// compiler. It has F16C, too, which only code with 16-bit floats would use.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-cpufeatures::new!(avx512, "avx2", "avx512f", "avx512vl", "avx512dq", "avx512bw");
+cpufeatures::new!(avx512, "avx2", "fma", "avx512f", "avx512vl", "avx512dq", "avx512bw");
 
 impl SimdLevel {
     /// The level that allows nothing beyond what the crate is compiled for.

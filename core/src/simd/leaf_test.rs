@@ -15,7 +15,7 @@ use crate::geometry::{
 use crate::input::{Mesh, SimdLevel};
 use crate::query::{Query, TriangleId};
 
-/// True if the target has vector registers of four `f32`.
+/// True if `glam` uses vector registers of four `f32` on this target: SSE2, NEON, simd128.
 pub(crate) const HAS_VECTORS: bool =
     cfg!(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128"));
 

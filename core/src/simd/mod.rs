@@ -1,9 +1,11 @@
-//! SIMD: tests of several boxes, or of several triangles, against one ray.
+//! SIMD: tests of several boxes, or of several triangles, against one ray, and loops of callers.
 //!
 //! ```text
 //! lanes       the trait of tests of eight, and the numbers of lanes     <- portable, avx2
 //! leaf_test   the triangles that a leaf names                           <- avx2_leaf
 //! candidates  what lanes leave in doubt, decided one by one
+//! avx2_judge  four pairs of a ray and a triangle, in `f64`
+//! avx2_ray    a ray, prepared for lanes
 //! work        loops of a caller, compiled for each level
 //! ```
 

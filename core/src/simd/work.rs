@@ -38,8 +38,8 @@ pub trait Work {
 }
 
 impl SimdLevel {
-    /// Does work, compiled for the vector instructions of this level. The result is the same at every level, if the
-    /// work's own code is the same.
+    /// Does work, compiled for the vector instructions of this level. The result is the same at every level, but
+    /// for the bits of a NaN, if the work's own code is the same.
     ///
     /// # Panics
     /// If the work panics.
@@ -48,7 +48,7 @@ impl SimdLevel {
         #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
         if self.has_avx512() {
             // SAFETY: `SimdLevel::detect` alone can make this true, after the processor and the system said that they
-            // have AVX-512: F, VL, DQ, BW, and AVX2.
+            // have AVX-512: F, VL, DQ, BW, AVX2 and FMA.
             return unsafe { x86_64::run_avx512(work) };
         } else if self.has_avx2() {
             // SAFETY: `SimdLevel::detect` alone can make this true, after the processor and the system said that they

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! colour, number <- canvas, camera, legend <- picture   PNG files
-//!       ^---------- plot <- html <- *_page           HTML pages
+//!       ^---------- plot <- html <- pages            HTML pages
 //! ```
 
 mod camera;

@@ -37,7 +37,7 @@ pub(crate) fn traverse<T: InEvery, Q: Query>(tree: T, level: SimdLevel, query: &
     #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
     if level.has_avx512() {
         // SAFETY: `SimdLevel::detect` alone can make this true, after the processor and the system said that they
-        // have AVX-512: F, VL, DQ, BW, and AVX2.
+        // have AVX-512: F, VL, DQ, BW, AVX2 and FMA.
         return unsafe { x86_64::traverse_avx512(tree, query) };
     } else if level.has_avx2() {
         // SAFETY: `SimdLevel::detect` alone can make this true, after the processor and the system said that they

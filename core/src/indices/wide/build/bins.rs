@@ -59,12 +59,13 @@ impl Bins {
     #[inline(always)]
     pub fn new(part: &PrimitiveBounds, count: usize) -> Self {
         let Box4 { lo, hi } = part.centroids;
-        // Scaled down by the rounding error, so that the largest centroid falls into the last bin, and one at the begin
-        // of a bin into that bin.
+        // Scaled down by a little more than the error, so that the largest centroid is not rounded into bin `count`; by
+        // less than the error at the start of any other bin, so that a centroid there is rounded up into it.
         let count = count as f32;
         let scale = Vec4::splat(count - BIN_ERROR * (1.0 + 0.5 / count)) / (hi - lo);
         // On an axis on which the centroids do not differ, or too little or too much for an `f32`, all are in the first
-        // bin.
+        // bin: numbers from 0 times 0 are 0, and infinity times 0 is NaN, whose last bits are 0 on all processors for which
+        // digests are compared.
         let usable = scale.cmpgt(Vec4::ZERO) & scale.cmplt(Vec4::INFINITY);
         let or_zero = |numbers| Vec4::select(usable, numbers, Vec4::ZERO);
         Self { from: or_zero(lo), scale: or_zero(scale) }
@@ -101,8 +102,7 @@ const BIN_ERROR: f32 = 1.0 / 128.0;
 /// minimum with that of a primitive leaves it.
 ///
 /// # What lost
-/// - Counts in an array of their own: three more numbers to load and to store a primitive, and as much of the time of
-///   binning as a third of the boxes.
+/// - Counts in an array of their own: a primitive is binned in 8 cycles instead of 6, with AVX2.
 /// - Two sets of bins in turns, so that neighbours in one bin do not wait for each other: from 3% less to 5% more time
 ///   to build, by what the compiler makes of it, and 3 KB of stack.
 pub(super) struct Binned<const N: usize> {

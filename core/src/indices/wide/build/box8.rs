@@ -11,7 +11,8 @@ use crate::simd::HAS_VECTORS;
 /// The union is a minimum of numbers, one by one. Compilers make one instruction of it where registers hold eight
 /// numbers, and two where they hold four.
 ///
-/// No lower corner is -0.0 and no negated upper corner is 0.0, so the minimum is the same on every target.
+/// No lower corner is -0.0 and no negated upper corner is 0.0, which [`Box4::of_triangle`] sees to. So the minimum does not
+/// depend on the order, and is that of [`Box4`].
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(crate) struct Box8([f32; 8]);

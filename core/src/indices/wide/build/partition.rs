@@ -3,7 +3,7 @@
 //! - A join of clusters is split into the two nodes that were joined.
 //! - Any other subset is split by the plane of least SAH cost on all axes; see `binned_sah`.
 //!
-//! A test of up to eight triangles costs the same. So SAH counts are rounded up to full leaves, which fills leaves.
+//! One to eight triangles cost the same to test. So SAH counts are rounded up to full leaves, which fills leaves.
 
 use arrayvec::ArrayVec;
 
