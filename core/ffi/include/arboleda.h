@@ -5,6 +5,8 @@
  *
  *     arb_scratch_bytes, arb_measure    how much memory a build needs
  *     arb_build, arb_open               fill an arb_index
+ *     arb_sliced_begin, ..._step, ..._finish                     build in slices of time
+ *     arb_piecewise_begin, ..._join, ..._next                    build in pieces, for storage larger than the memory
  *     arb_closest, arb_occluded, arb_all_hits                    one ray
  *     arb_closest_each, arb_occluded_each                        many rays, the fastest way
  *     arb_describe                      the bytes of an index, to be written to a file
@@ -34,8 +36,9 @@
  * - Structs that a function fills need not be initialised. After an error, outputs are as they were, unless it is said
  *   otherwise.
  * - Any values of numbers are safe, and so are any bytes that are opened. What the library cannot see is undefined, as
- *   everywhere in C: memory that is shorter than stated, freed, or written to by another thread during a call; and bytes
- *   or a mesh that are changed while a handle borrows them.
+ *   everywhere in C: memory that is shorter than stated, freed, or written to by another thread during a call; bytes or a
+ *   mesh that are changed while a handle borrows them; and memory or a mesh of a build that takes several calls, if it is
+ *   touched before the build is over.
  * - Threads may use one open arb_index at once, each with outputs and scratch of its own.
  * - Stack: nothing recurses without a bound. On a Cortex-M4, queries and arb_open take at most 8 KiB; a build takes up to
  *   14 KiB for some hundred triangles, and a frame more for each level of a deeper tree. On x86-64, a query takes at
@@ -59,7 +62,7 @@
  *
  * Names, numbers and layouts stay as they are within a major version. A higher minor version only adds to them.
  */
-#define ARB_ABI_VERSION 65536
+#define ARB_ABI_VERSION 65537
 
 /**
  * Room for a message in arb_error, its final zero included.
@@ -166,6 +169,10 @@ enum arb_status
      */
     ARB_TWO_MESHES = 10,
     /**
+     * There is no such build: it was not begun, it is over, or its memory was moved; or another call comes first.
+     */
+    ARB_NOT_BEGUN = 11,
+    /**
      * The memory for the index is too small; arb_error.needed_bytes are enough.
      */
     ARB_INDEX_MEMORY_TOO_SMALL = 20,
@@ -201,6 +208,10 @@ enum arb_status
      * An object number is not below the number of triangles; arb_error.element is the triangle.
      */
     ARB_OBJECT_OUT_OF_RANGE = 28,
+    /**
+     * An index of this kind cannot be built in pieces: only a hierarchy that has one index for each cluster can.
+     */
+    ARB_NOT_IN_PIECES = 29,
     /**
      * The bytes of the index are cut short.
      */
@@ -365,6 +376,51 @@ typedef enum arb_kind arb_kind;
 typedef uint32_t arb_kind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+/**
+ * Build of a hierarchy one cluster at a time: for storage that holds the index and memory that does not, such as flash
+ * that is written page by page. Each piece is some bytes and where they belong. The index has the bytes of arb_build, if
+ * arb_options.work_limit is 0.
+ *
+ *     size_t bytes = arb_piecewise_scratch_bytes(mesh.triangle_count), memory_bytes;
+ *     arb_piecewise_build *build;
+ *     arb_piece piece;
+ *     arb_piecewise_begin(&build, ARB_BVH_HIERARCHY, &mesh, NULL, scratch, bytes, &memory_bytes, &error);
+ *     arb_piecewise_join(build, memory, memory_bytes, &error);
+ *     while (arb_piecewise_next(build, room, room_bytes, &piece, &error) == ARB_OK && piece.byte_count != 0) {
+ *         write_at(piece.offset, piece.bytes, piece.byte_count);
+ *     }
+ *
+ * The storage has piece.index_bytes of the last piece; bytes that no piece has are 0. The header comes last, so what is
+ * written before is no index yet.
+ *
+ * The build lies in the first bytes of its scratch. Until it is over, the caller keeps alive, where and as they are: the
+ * arrays of the mesh, the scratch, and the memory. Nobody reads or writes the last two meanwhile, but for the pieces that
+ * lie there. The arb_mesh and the arb_options are free after arb_piecewise_begin, the room after each piece. A copy of
+ * the scratch elsewhere is refused as ARB_NOT_BEGUN. One thread at a time calls functions for it. To give a build up,
+ * call none any more: it owns nothing.
+ */
+typedef struct arb_piecewise_build arb_piecewise_build;
+
+/**
+ * Build of a wide BVH (ARB_WIDE_BVH) in slices: for a program that must not wait for a whole build, such as a game
+ * between two frames, or firmware with a watchdog. The index has the bytes of arb_build, wherever the build pauses.
+ *
+ *     size_t bytes = arb_sliced_scratch_bytes(mesh.triangle_count);
+ *     arb_sliced_build *build;
+ *     bool is_done = false;
+ *     arb_sliced_begin(&build, &mesh, NULL, memory, memory_bytes, scratch, bytes, &error);
+ *     while (arb_sliced_step(build, 1000, &is_done, &error) == ARB_OK && !is_done) {
+ *         draw_a_frame();
+ *     }
+ *     arb_sliced_finish(build, &index, &error);
+ *
+ * The build lies in the first bytes of its scratch. Until it is over, the caller keeps alive, where and as they are: the
+ * arrays of the mesh, the memory of the index, and the scratch. Nobody reads or writes the last two meanwhile. The
+ * arb_mesh and the arb_options are free after arb_sliced_begin. A copy of the scratch elsewhere is refused as
+ * ARB_NOT_BEGUN. One thread at a time calls functions for it. To give a build up, call none any more: it owns nothing.
+ */
+typedef struct arb_sliced_build arb_sliced_build;
 
 /**
  * Options of a build. Fill it with arb_options_default, then change what you need. The defaults suit most scenes.
@@ -568,6 +624,28 @@ typedef struct arb_description {
 } arb_description;
 
 /**
+ * Run of the bytes of an index.
+ */
+typedef struct arb_piece {
+    /**
+     * The bytes: in the room, in the arrays of the mesh, or in the memory of the build; NULL if there are no more.
+     */
+    const void *bytes;
+    /**
+     * The number of bytes; 0 if there are no more pieces.
+     */
+    size_t byte_count;
+    /**
+     * The place of the first byte in the index, a multiple of 4.
+     */
+    size_t offset;
+    /**
+     * The bytes of the index, as far as it is known: its length if there are no more pieces.
+     */
+    size_t index_bytes;
+} arb_piece;
+
+/**
  * Ray: the points origin + t * direction for t_min <= t <= t_max. 32 bytes.
  *
  * origin is finite. direction is finite, not zero, and of any length; t counts in lengths of it, so t is a distance if
@@ -757,6 +835,126 @@ arb_status arb_describe(const struct arb_index *index,
  * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER.
  */
 arb_status arb_close(struct arb_index *index);
+
+/**
+ * Bytes of scratch that a build in pieces of `triangle_count` triangles needs, wherever they lie: some 80 to 90 a
+ * triangle.
+ */
+size_t arb_piecewise_scratch_bytes(size_t triangle_count);
+
+/**
+ * Begins a build in pieces, and finds the clusters. See arb_piecewise_build for what has to stay alive.
+ *
+ * - `build`: receives the address of the build, which is that of the scratch. After an error it is NULL; after
+ *   ARB_OVERLAP it is as it was.
+ * - `kind`: a hierarchy of arb_kind, but for those of the wide, the compact and the lean BVH, each of which is one tree.
+ * - `mesh`, `options`: as of arb_build.
+ * - `scratch`: starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes as arb_piecewise_scratch_bytes says.
+ * - `memory_bytes`: receives the number of bytes that arb_piecewise_join needs.
+ *
+ * Cost: at most a multiple of n log n for n triangles.
+ *
+ * Errors: any of arb_status from 1 to 29.
+ */
+arb_status arb_piecewise_begin(struct arb_piecewise_build **build,
+                               uint32_t kind,
+                               const struct arb_mesh *mesh,
+                               const struct arb_options *options,
+                               void *scratch,
+                               size_t scratch_bytes,
+                               size_t *memory_bytes,
+                               struct arb_error *error);
+
+/**
+ * Joins the clusters into the cluster tree, in memory that stays with the build.
+ *
+ * - `memory`: starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes as arb_piecewise_begin says. It holds the
+ *   header, the cluster tree and the scratch for the largest cluster. To call this again after an error is allowed.
+ *
+ * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP, ARB_SCRATCH_TOO_SMALL;
+ * ARB_NOT_BEGUN, also if the clusters are joined already.
+ */
+arb_status arb_piecewise_join(struct arb_piecewise_build *build,
+                              void *memory,
+                              size_t memory_bytes,
+                              struct arb_error *error);
+
+/**
+ * Makes the next piece of the index.
+ *
+ * - `room`: NULL if `room_bytes` is 0, or starts at a multiple of ARB_ALIGNMENT bytes. Most pieces are made there: the words of a cluster, or as many
+ *   triangles as fit, 36 bytes each. What lay there before is lost.
+ * - `piece`: receives the bytes, and where they belong. They are valid until the next call. If there are no more, its
+ *   byte_count is 0, and the build is over.
+ *
+ * Pieces come in the order in which they lie in the index, but for the cluster tree and the header, which come last.
+ *
+ * Errors: ARB_INDEX_MEMORY_TOO_SMALL, if the room is too small for the next piece: arb_error.needed_bytes are enough for
+ * it, and the next call makes the same piece. ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP;
+ * ARB_NOT_BEGUN, also before arb_piecewise_join; ARB_INDEX_TOO_LARGE, ARB_TOO_MUCH_WORK. `piece` is then unchanged.
+ */
+arb_status arb_piecewise_next(struct arb_piecewise_build *build,
+                              void *room,
+                              size_t room_bytes,
+                              struct arb_piece *piece,
+                              struct arb_error *error);
+
+/**
+ * Bytes of scratch that a build in slices of `triangle_count` triangles needs, wherever they lie: some 13 KB for the
+ * build itself, and 48 bytes a triangle.
+ */
+size_t arb_sliced_scratch_bytes(size_t triangle_count);
+
+/**
+ * Begins a build of a wide BVH in slices, and does none of its work. See arb_sliced_build for what has to stay alive.
+ *
+ * - `build`: receives the address of the build, which is that of the scratch. After an error it is NULL; after
+ *   ARB_OVERLAP it is as it was.
+ * - `mesh`, `options`: as of arb_build; arb_options.beside is 0.
+ * - `memory`: starts at a multiple of ARB_ALIGNMENT bytes, as that of arb_build. How many bytes the index takes is known
+ *   only once the triangles are sorted: mostly 50 to 60 a triangle. arb_measure says it exactly, and takes nearly as
+ *   long as a build.
+ * - `scratch`: likewise aligned, as many bytes as arb_sliced_scratch_bytes says.
+ *
+ * Errors: any of arb_status from 1 to 29, but those of the triangles and ARB_INDEX_MEMORY_TOO_SMALL, which
+ * arb_sliced_step returns. ARB_KIND_LEFT_OUT if the library was built without the wide BVH.
+ */
+arb_status arb_sliced_begin(struct arb_sliced_build **build,
+                            const struct arb_mesh *mesh,
+                            const struct arb_options *options,
+                            void *memory,
+                            size_t memory_bytes,
+                            void *scratch,
+                            size_t scratch_bytes,
+                            struct arb_error *error);
+
+/**
+ * Goes on with a build for about `looks` looks at a triangle, at least one.
+ *
+ * - `is_done`: receives true if only arb_sliced_finish is left to do, which is short then.
+ *
+ * Cost: a look takes 4 to 10 ns on a PC. A call takes at most `looks` looks, and what is not divided: mostly 4,000, at
+ * most 20,000. A whole build takes about as long as arb_build.
+ *
+ * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_NOT_BEGUN, ARB_OVERLAP, and those of a build:
+ * ARB_INDEX_MEMORY_TOO_SMALL, ARB_NON_FINITE_VERTEX, ARB_CORNER_OUT_OF_RANGE, ARB_OBJECT_OUT_OF_RANGE,
+ * ARB_INDEX_TOO_LARGE, ARB_TOO_MUCH_WORK. After one of a build, each later call returns the same.
+ */
+arb_status arb_sliced_step(struct arb_sliced_build *build,
+                           size_t looks,
+                           bool *is_done,
+                           struct arb_error *error);
+
+/**
+ * Does what is left of a build, and opens the index: the handle is that of arb_build. The build is over, and its scratch
+ * and mesh are free again, also after an error.
+ *
+ * Errors: those of arb_sliced_step. The handle is then not open; after ARB_OVERLAP it is as it was, and the build goes
+ * on.
+ */
+arb_status arb_sliced_finish(struct arb_sliced_build *build,
+                             struct arb_index *index,
+                             struct arb_error *error);
 
 /**
  * Checks a ray: ARB_OK if every query takes it.

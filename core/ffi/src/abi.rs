@@ -5,7 +5,7 @@ use crate::error::arb_status;
 /// Version of the interface that this header describes: 65536 * major + minor.
 ///
 /// Names, numbers and layouts stay as they are within a major version. A higher minor version only adds to them.
-pub const ARB_ABI_VERSION: u32 = 65536;
+pub const ARB_ABI_VERSION: u32 = 65537;
 
 /// The version of the interface that the library has.
 #[unsafe(no_mangle)]

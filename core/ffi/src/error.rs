@@ -36,6 +36,8 @@ pub enum arb_status {
     ARB_INVALID_OPTION = 9,
     /// The arb_mesh has both forms of triangles.
     ARB_TWO_MESHES = 10,
+    /// There is no such build: it was not begun, it is over, or its memory was moved; or another call comes first.
+    ARB_NOT_BEGUN = 11,
 
     /// The memory for the index is too small; arb_error.needed_bytes are enough.
     ARB_INDEX_MEMORY_TOO_SMALL = 20,
@@ -55,6 +57,8 @@ pub enum arb_status {
     ARB_TOO_MUCH_WORK = 27,
     /// An object number is not below the number of triangles; arb_error.element is the triangle.
     ARB_OBJECT_OUT_OF_RANGE = 28,
+    /// An index of this kind cannot be built in pieces: only a hierarchy that has one index for each cluster can.
+    ARB_NOT_IN_PIECES = 29,
 
     /// The bytes of the index are cut short.
     ARB_TRUNCATED = 40,
@@ -92,15 +96,15 @@ use arb_status::{
     ARB_CORNER_OUT_OF_RANGE, ARB_HOLDS_TRIANGLES, ARB_INDEX_MEMORY_TOO_SMALL, ARB_INDEX_TOO_LARGE,
     ARB_INVALID_OPTION, ARB_KIND_LEFT_OUT, ARB_LENGTH_OVERFLOW, ARB_MALFORMED, ARB_MESH_MISSING,
     ARB_MESH_NOT_WANTED, ARB_MISALIGNED_POINTER, ARB_NON_FINITE_VERTEX, ARB_NOT_AN_INDEX,
-    ARB_NOT_OPEN, ARB_NULL_POINTER, ARB_OBJECT_OUT_OF_RANGE, ARB_OK, ARB_OTHER_ABI,
-    ARB_OTHER_BYTE_ORDER, ARB_OTHER_FORMAT, ARB_OTHER_MESH, ARB_OTHER_REASON, ARB_OVERLAP,
-    ARB_RAY_DIRECTION_NOT_FINITE, ARB_RAY_DIRECTION_ZERO, ARB_RAY_INTERVAL_EMPTY,
-    ARB_RAY_INTERVAL_NAN, ARB_RAY_ORIGIN_NOT_FINITE, ARB_SCRATCH_TOO_SMALL, ARB_TOO_MANY_TRIANGLES,
-    ARB_TOO_MUCH_WORK, ARB_TRUNCATED, ARB_TWO_MESHES, ARB_UNKNOWN_KIND,
+    ARB_NOT_BEGUN, ARB_NOT_IN_PIECES, ARB_NOT_OPEN, ARB_NULL_POINTER, ARB_OBJECT_OUT_OF_RANGE,
+    ARB_OK, ARB_OTHER_ABI, ARB_OTHER_BYTE_ORDER, ARB_OTHER_FORMAT, ARB_OTHER_MESH,
+    ARB_OTHER_REASON, ARB_OVERLAP, ARB_RAY_DIRECTION_NOT_FINITE, ARB_RAY_DIRECTION_ZERO,
+    ARB_RAY_INTERVAL_EMPTY, ARB_RAY_INTERVAL_NAN, ARB_RAY_ORIGIN_NOT_FINITE, ARB_SCRATCH_TOO_SMALL,
+    ARB_TOO_MANY_TRIANGLES, ARB_TOO_MUCH_WORK, ARB_TRUNCATED, ARB_TWO_MESHES, ARB_UNKNOWN_KIND,
 };
 
 /// Texts of the statuses.
-const TEXTS: [(arb_status, &CStr); 34] = [
+const TEXTS: [(arb_status, &CStr); 36] = [
     (ARB_OK, c"success"),
     (ARB_NULL_POINTER, c"a pointer is NULL"),
     (ARB_MISALIGNED_POINTER, c"a pointer is not aligned"),
@@ -112,6 +116,7 @@ const TEXTS: [(arb_status, &CStr); 34] = [
     (ARB_KIND_LEFT_OUT, c"the library was built without this kind of index"),
     (ARB_INVALID_OPTION, c"an option is out of range"),
     (ARB_TWO_MESHES, c"the mesh has both forms of triangles"),
+    (ARB_NOT_BEGUN, c"there is no such build, or another call comes first"),
     (ARB_INDEX_MEMORY_TOO_SMALL, c"the memory for the index is too small"),
     (ARB_SCRATCH_TOO_SMALL, c"the scratch is too small"),
     (ARB_NON_FINITE_VERTEX, c"a coordinate of a triangle is infinite or NaN"),
@@ -121,6 +126,7 @@ const TEXTS: [(arb_status, &CStr); 34] = [
     (ARB_INDEX_TOO_LARGE, c"the index outgrows its 32-bit links: lower the level"),
     (ARB_TOO_MUCH_WORK, c"the build takes more steps than allowed"),
     (ARB_OBJECT_OUT_OF_RANGE, c"an object number is not below the number of triangles"),
+    (ARB_NOT_IN_PIECES, c"this kind of index is not built in pieces"),
     (ARB_TRUNCATED, c"the bytes of the index are cut short"),
     (ARB_NOT_AN_INDEX, c"the bytes are not an index"),
     (ARB_OTHER_BYTE_ORDER, c"the index has the other byte order"),
@@ -175,6 +181,10 @@ pub enum Failure {
     Overlap { output: &'static str, other: &'static str },
     /// A handle that is not open.
     NotOpen,
+    /// Memory in which no build lies.
+    NotBegun,
+    /// A build of which another function has to be called first.
+    NotYet { first: &'static str },
     /// A number that no kind has.
     UnknownKind { number: u32 },
     /// A kind that the library was built without.
@@ -214,6 +224,8 @@ impl fmt::Display for Failure {
             }
             Self::Overlap { output, other } => write!(f, "{output} overlaps {other}"),
             Self::NotOpen => f.write_str("the arb_index is not open"),
+            Self::NotBegun => f.write_str("the build was not begun, is over, or was moved"),
+            Self::NotYet { first } => write!(f, "{first} has to be called first"),
             Self::UnknownKind { number } => write!(f, "no kind of index has the number {number}"),
             Self::KindLeftOut { number } => {
                 write!(f, "the library was built without the kind of index number {number}")
@@ -241,6 +253,7 @@ impl Failure {
             Self::Argument { status, .. } => (status, none),
             Self::Overlap { .. } => (ARB_OVERLAP, none),
             Self::NotOpen => (ARB_NOT_OPEN, none),
+            Self::NotBegun | Self::NotYet { .. } => (ARB_NOT_BEGUN, none),
             Self::UnknownKind { .. } => (ARB_UNKNOWN_KIND, none),
             Self::KindLeftOut { .. } => (ARB_KIND_LEFT_OUT, none),
             Self::TwoMeshes => (ARB_TWO_MESHES, none),
@@ -264,6 +277,7 @@ fn of_build(error: BuildError) -> (arb_status, Numbers) {
         BuildError::ObjectOutOfRange { triangle } => {
             (ARB_OBJECT_OUT_OF_RANGE, (triangle as usize, 0, 0))
         }
+        BuildError::NotInPieces { .. } => (ARB_NOT_IN_PIECES, none),
         BuildError::InvalidOption { .. } => (ARB_INVALID_OPTION, none),
         _ => (ARB_OTHER_REASON, none),
     }

@@ -12,6 +12,11 @@
 //! stated length lies there, which no other thread writes to during the call. Null pointers, misaligned pointers,
 //! lengths that no memory has and outputs that overlap other arguments are errors.
 //!
+//! A build that takes several calls lies in its scratch between them, with references to the caller's memory whose
+//! lifetime no compiler sees. So until it is over, nobody else reads or writes that scratch and the memory of the index,
+//! and the arrays of the mesh stay as they are. It holds no reference into itself. A mark and its own address are checked
+//! at each call, so that a build that was never begun, is over, or was copied elsewhere is an error.
+//!
 //! No panic is reachable; `.ci/run no_panic` proves it by linking, as for the core.
 #![no_std]
 // The names of the header.
@@ -36,7 +41,10 @@ pub use batch::{arb_batch_scratch_bytes, arb_closest_each, arb_occluded_each};
 pub use error::{ARB_MESSAGE_BYTES, arb_error, arb_status, arb_status_text};
 pub use index::{
     ARB_ALIGNMENT, ARB_INDEX_WORDS, arb_build, arb_capacity, arb_close, arb_describe,
-    arb_description, arb_index, arb_measure, arb_open, arb_scratch_bytes,
+    arb_description, arb_index, arb_measure, arb_open, arb_piece, arb_piecewise_begin,
+    arb_piecewise_build, arb_piecewise_join, arb_piecewise_next, arb_piecewise_scratch_bytes,
+    arb_scratch_bytes, arb_sliced_begin, arb_sliced_build, arb_sliced_finish,
+    arb_sliced_scratch_bytes, arb_sliced_step,
 };
 pub use kind::{arb_kind, arb_kind_name};
 pub use options::{

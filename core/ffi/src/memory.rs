@@ -7,11 +7,19 @@
 //! 2. [`apart`] refuses outputs that overlap another argument.
 //! 3. [`Caller`] borrows. What no check can see, it takes from the caller's promise: that memory of the stated length
 //!    lies at a pointer.
+//!
+//! A build that takes several calls lies in the caller's scratch between them: [`Output::split`], [`Caller::keep`],
+//! [`Caller::kept`].
+//!
+//! ```text
+//! scratch: | mark, address, build | what the build uses |
+//! ```
 
+use core::ffi::c_void;
 use core::mem::{MaybeUninit, offset_of};
 use core::{ptr, slice};
 
-use arboleda::{AnyIndex, Mesh, Ray, Triangle, Vec3};
+use arboleda::{AnyIndex, Block, BuildError, Mesh, Ray, Triangle, Vec3};
 
 use crate::error::{Failure, arb_status};
 use crate::index::arb_index;
@@ -160,6 +168,57 @@ impl<T> Output<T> {
     }
 }
 
+/// Room for a build in its scratch, and the rest of the scratch.
+pub type SplitScratch<T> = (Output<Slot<Kept<T>>>, Output<u8>);
+
+impl Output<u8> {
+    /// Splits the scratch of a build, of which `needed` bytes are enough, into room for the build and the rest.
+    pub fn split_scratch<T>(self, needed: usize) -> Result<SplitScratch<T>, Failure> {
+        let full = BuildError::ScratchFull { needed, given: self.count };
+        if self.count < needed {
+            return Err(full.into());
+        }
+        self.check_alignment()?;
+        self.split().ok_or(Failure::Build(full))
+    }
+
+    /// Checks that the memory, if there is any, begins at a multiple of 64 bytes.
+    pub fn check_alignment(&self) -> Result<(), Failure> {
+        let is_aligned = self.count == 0 || self.first.cast::<Block>().is_aligned();
+        if is_aligned { Ok(()) } else { Err(BuildError::Misaligned.into()) }
+    }
+
+    /// Splits memory that begins at a multiple of 64 bytes into room for a value and the rest. `None` if it is too short.
+    pub fn split<T>(self) -> Option<(Output<Slot<T>>, Self)> {
+        let Self { first, count, region } = self;
+        let rest = count.checked_sub(size_of::<Slot<T>>())?;
+        let slot = Output { first: first.cast::<Slot<T>>(), count: 1, region };
+        let first = first.wrapping_add(size_of::<Slot<T>>());
+        Some((slot, Self { first, count: rest, region }))
+    }
+}
+
+/// Room for a value in the caller's memory.
+#[repr(C, align(64))]
+pub struct Slot<T>(MaybeUninit<T>);
+
+/// Build that lies in the caller's memory between two calls.
+pub trait Keep: 'static {
+    /// Number by which it is told from any other memory, another for each type.
+    const MARK: u64;
+    /// Name of the argument that points to it.
+    const NAME: &'static str;
+}
+
+/// Contents of memory in which a build lies.
+#[repr(C)]
+pub struct Kept<T> {
+    mark: u64,
+    /// The address of this. A copy elsewhere is no build: two would use the same scratch.
+    address: usize,
+    value: T,
+}
+
 /// Number by which an open handle is told from any other memory.
 const OPEN: u64 = 0x4152_4244_6865_6c64;
 
@@ -186,6 +245,8 @@ impl Caller {
     /// - The caller allocated that memory. So no compiler sees that it may not be written yet, and its bytes are
     ///   arbitrary numbers at worst.
     /// - Memory that an index borrows stays as it is for as long as its handle is used.
+    /// - Memory of a build that takes several calls is neither read nor written by anybody else, and its mesh stays as it
+    ///   is, until the build is over.
     pub const unsafe fn promises() -> Self {
         Self(())
     }
@@ -246,6 +307,53 @@ impl Caller {
             region: output.region,
         };
         self.write(output, opened);
+    }
+
+    /// Writes a value into memory that nobody else uses as long as the value is used, and borrows it.
+    pub fn place<'a, T>(self, to: Output<Slot<T>>, value: T) -> &'a T {
+        let first = to.first;
+        self.write(to, Slot(MaybeUninit::new(value)));
+        // SAFETY: `split` made the output, of memory that was checked; the value was just written.
+        unsafe { (*first).0.assume_init_ref() }
+    }
+
+    /// Leaves a build in memory that begins at a multiple of 64 bytes, and returns its address.
+    pub fn keep<T: Keep>(self, to: Output<Slot<Kept<T>>>, value: T) -> *mut c_void {
+        let first = to.first.cast::<c_void>();
+        let kept = Kept { mark: T::MARK, address: first.addr(), value };
+        self.write(to, Slot(MaybeUninit::new(kept)));
+        first
+    }
+
+    /// The build that [`keep`](Self::keep) has left.
+    pub fn kept<'a, T: Keep>(self, first: *mut c_void) -> Result<&'a mut T, Failure> {
+        let kept = self.kept_whole::<T>(first)?;
+        Ok(&mut kept.value)
+    }
+
+    /// Takes the build that [`keep`](Self::keep) has left out of the memory, so that it is not found again.
+    pub fn take<T: Keep>(self, first: *mut c_void) -> Result<T, Failure> {
+        let kept = ptr::from_mut(self.kept_whole::<T>(first)?);
+        // SAFETY: the reference was just made, and is not used any more. Without the mark, nobody reads the value again.
+        unsafe {
+            (*kept).mark = 0;
+            Ok((&raw const (*kept).value).read())
+        }
+    }
+
+    fn kept_whole<'a, T: Keep>(self, first: *mut c_void) -> Result<&'a mut Kept<T>, Failure> {
+        let first = first.cast::<Slot<Kept<T>>>();
+        let region = check(first, 1, T::NAME)?;
+        let kept = first.cast::<Kept<T>>();
+        // SAFETY: the pointer was checked; mark and address are numbers.
+        let (mark, address) =
+            unsafe { ((&raw const (*kept).mark).read(), (&raw const (*kept).address).read()) };
+        if mark != T::MARK || address != region.first {
+            return Err(Failure::NotBegun);
+        }
+        // SAFETY: only `keep` writes the mark of this type and this address, together with a value. The caller promises
+        // not to forge them, and to leave the memory alone between the calls.
+        Ok(unsafe { &mut *kept })
     }
 
     /// The index of an open handle.

@@ -5,3 +5,5 @@ mod answers;
 mod builds;
 mod errors;
 mod given;
+mod piecewise;
+mod sliced;

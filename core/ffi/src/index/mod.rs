@@ -1,6 +1,10 @@
 //! Handles: build, open, describe, close.
 
+mod piecewise;
+mod sliced;
+
 use core::ffi::c_void;
+use core::ptr::null_mut;
 
 use arboleda::{AnyIndex, Block};
 
@@ -9,6 +13,15 @@ use crate::kind;
 use crate::memory::{Caller, Input, Output, Region, apart};
 use crate::options::{arb_options, chosen};
 use crate::scene::{Arrays, arb_mesh};
+
+pub use piecewise::{
+    arb_piece, arb_piecewise_begin, arb_piecewise_build, arb_piecewise_join, arb_piecewise_next,
+    arb_piecewise_scratch_bytes,
+};
+pub use sliced::{
+    arb_sliced_begin, arb_sliced_build, arb_sliced_finish, arb_sliced_scratch_bytes,
+    arb_sliced_step,
+};
 
 /// Alignment in bytes of the memory of an index and of the scratch of a build.
 pub const ARB_ALIGNMENT: usize = 64;
@@ -254,6 +267,28 @@ fn fill(
             Err(failure @ Failure::Overlap { .. }) => return Err(failure),
             Err(failure) => {
                 caller.write(handle, CLOSED);
+                return Err(failure);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Begins a build that takes several calls, and writes its address, or null.
+fn begin<T>(
+    caller: Caller,
+    build: *mut *mut T,
+    error: *mut arb_error,
+    begin: impl FnOnce(Region) -> Result<*mut T, Failure>,
+) -> arb_status {
+    reported(caller, error, || {
+        let to = Output::one(build, "build")?;
+        match begin(to.region()) {
+            Ok(begun) => caller.write(to, begun),
+            // What the pointer overlaps is an input.
+            Err(failure @ Failure::Overlap { .. }) => return Err(failure),
+            Err(failure) => {
+                caller.write(to, null_mut());
                 return Err(failure);
             }
         }
