@@ -49,6 +49,7 @@ export type Code =
     | "KIND_LEFT_OUT"
     | "INVALID_OPTION"
     | "TWO_MESHES"
+    | "NOT_BEGUN"
     | "INDEX_MEMORY_TOO_SMALL"
     | "SCRATCH_TOO_SMALL"
     | "NON_FINITE_VERTEX"
@@ -58,6 +59,7 @@ export type Code =
     | "INDEX_TOO_LARGE"
     | "TOO_MUCH_WORK"
     | "OBJECT_OUT_OF_RANGE"
+    | "NOT_IN_PIECES"
     | "TRUNCATED"
     | "NOT_AN_INDEX"
     | "OTHER_BYTE_ORDER"
@@ -145,6 +147,24 @@ export interface Options {
     beside?: boolean;
     /** The object of each triangle. A hierarchy never divides an object between clusters. */
     objects?: Uint32Array;
+}
+
+/** Options of a build in steps. */
+export interface StepOptions extends Options {
+    /**
+     * Milliseconds that the build goes on before the event loop has its turn: 0 or more; default 8, half of a picture of
+     * 60 a second. 0 for a turn after each step.
+     */
+    millisecondsPerTurn?: number;
+    /**
+     * The number of looks at triangles between two looks at the clock: 1 or more; default 4000, which take 0.02 to 0.1
+     * ms. A step takes up to 20,000 more, because little parts are not divided.
+     */
+    looksPerStep?: number;
+    /** Called before each turn, and at the end with 1: the share of the build that is done. It is estimated, and never falls. */
+    onProgress?: (share: number) => void;
+    /** Ends the build before its next turn: the promise is rejected with the signal's reason. */
+    signal?: AbortSignal;
 }
 
 /** Cluster tree: the clusters first, a join after what it joins, the root last. */
@@ -270,6 +290,20 @@ export interface Arboleda {
      * that in the rare case that an index needs more than 80 bytes a triangle.
      */
     build(kind: Kind, positions: Float32Array, corners?: Uint32Array | Uint16Array | null, options?: Options): Index;
+    /**
+     * Builds an index in steps, and lets the event loop have its turns between them: a page goes on answering. The index
+     * is the one that {@link Arboleda.build} makes, byte for byte, and takes as long.
+     *
+     * `"wide-bvh"` is the kind that can be built so. The arrays are copied at once, and free for other use when the call
+     * returns. The module answers queries and builds other indices meanwhile. Where the build fails or is aborted, its
+     * memory is given back. All errors reject the promise.
+     */
+    buildInSteps(
+        kind: "wide-bvh",
+        positions: Float32Array,
+        corners?: Uint32Array | Uint16Array | null,
+        options?: StepOptions,
+    ): Promise<Index>;
     /**
      * Opens an index from its bytes, which are copied; with its mesh, if it was built beside one. Any bytes are safe:
      * all that queries rely on is checked. Forged bytes can give wrong answers.

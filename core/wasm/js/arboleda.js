@@ -9,11 +9,12 @@ import { Index } from "./index.js";
 import { SIZE, check, measureMesh, textAt, writeMesh, writeOptions } from "./layout.js";
 import { Heap } from "./memory.js";
 import { hasSimd128, instantiate } from "./module.js";
+import { Pace } from "./steps.js";
 
 export { ArboledaError, Index, hasSimd128 };
 
 /** `ARB_ABI_VERSION` of the header that this module was written for. */
-const ABI_VERSION = 65536;
+const ABI_VERSION = 65537;
 /** Bytes a triangle that are enough for most indices. If they are not, the build says how many are, and runs again. */
 const LIKELY_BYTES = 80;
 
@@ -79,6 +80,37 @@ class Arboleda {
         }
     }
 
+    /** Builds a wide BVH in slices of time, between which the event loop has its turns. */
+    async buildInSteps(kind, positions, corners, options = {}) {
+        this.#number(kind);
+        if (kind !== "wide-bvh") throw invalid(`only "wide-bvh" is built in steps, and ${kind} is not`);
+        const [pace, chosen] = Pace.of(options);
+        const { triangleCount } = measureMesh(positions, corners, chosen.objects);
+        // The structs are not in the room that all calls share: others are made between the steps.
+        const structs = this.#heap.take(SIZE.mesh + SIZE.options);
+        const blocks = [structs];
+        try {
+            this.#fill(chosen, structs + SIZE.mesh);
+            blocks.push(...writeMesh(this.#heap, structs, positions, corners, chosen.objects));
+            let bytes = LIKELY_BYTES * triangleCount + 65536;
+            for (;;) {
+                const block = this.#heap.take(SIZE.handle + bytes);
+                try {
+                    await this.#stepsAt(block, bytes, structs, triangleCount, pace);
+                    const index = this.#opened(block, []);
+                    this.#heap.shrink(block, SIZE.handle + index.byteCount);
+                    return index;
+                } catch (error) {
+                    this.#heap.give(block);
+                    if (error?.code !== "INDEX_MEMORY_TOO_SMALL" || error.neededBytes <= bytes) throw error;
+                    bytes = error.neededBytes;
+                }
+            }
+        } finally {
+            for (const block of blocks) this.#heap.give(block);
+        }
+    }
+
     /** Opens an index from its bytes, and beside a mesh. */
     open(bytes, positions, corners) {
         const source = bytes instanceof ArrayBuffer ? new Uint8Array(bytes) : bytes;
@@ -131,9 +163,8 @@ class Arboleda {
         return number;
     }
 
-    /** Writes the options. */
-    #fill(options) {
-        const { options: at } = this.#room;
+    /** Writes the options, where all calls have them unless another place is given. */
+    #fill(options, at = this.#room.options) {
         this.#exports.arb_options_default(at, SIZE.options);
         writeOptions(this.#heap, at, options);
     }
@@ -156,6 +187,27 @@ class Arboleda {
             return keeps ? blocks : [];
         } finally {
             if (!keeps) for (const part of blocks) this.#heap.give(part);
+        }
+    }
+
+    /** Builds into a block in slices. The memory may grow, and other calls be made, whenever it pauses. */
+    async #stepsAt(block, bytes, structs, triangleCount, pace) {
+        const { words, error } = this.#room;
+        const { arb_sliced_begin, arb_sliced_finish, arb_sliced_scratch_bytes, arb_sliced_step } = this.#exports;
+        const scratchBytes = arb_sliced_scratch_bytes(triangleCount) >>> 0;
+        const scratch = this.#heap.take(scratchBytes);
+        const run = (status) => check(this.#heap, status, error);
+        try {
+            const room = [block + SIZE.handle, bytes, scratch, scratchBytes];
+            run(arb_sliced_begin(words, structs, structs + SIZE.mesh, ...room, error));
+            const build = this.#heap.views.u32[words / 4];
+            await pace.run(triangleCount, (looks) => {
+                run(arb_sliced_step(build, looks, words, error));
+                return this.#heap.views.u8[words] === 1;
+            });
+            run(arb_sliced_finish(build, block, error));
+        } finally {
+            this.#heap.give(scratch);
         }
     }
 
