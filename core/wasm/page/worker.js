@@ -12,8 +12,8 @@ let arboleda;
 let positions;
 let box;
 let index;
-/** True if the page wants no more rows of a comparison. */
-let stopped = false;
+/** Aborted if the page wants no more rows of a comparison. */
+let stopping = new AbortController();
 
 const progress = (stage, detail = "") => postMessage({ progress: { stage, detail } });
 const seconds = (since) => (performance.now() - since) / 1000;
@@ -25,6 +25,16 @@ const stage = async (times, name, body) => {
     const value = await body();
     times.push({ stage: name, seconds: seconds(since) });
     return value;
+};
+
+/** Builds an index; the wide BVH in steps, between which messages come in. */
+const built = (kind, options) =>
+    kind === "wide-bvh" ? arboleda.buildInSteps(kind, positions, null, options) : arboleda.build(kind, positions);
+
+/** Builds the index that the page shows, and says how far it has come. */
+const buildShown = (times, kind) => {
+    const onProgress = (share) => progress("build", `${Math.floor(100 * share)} %`);
+    return stage(times, "build", () => built(kind, { onProgress }));
 };
 
 /** The box of all triangles. */
@@ -72,7 +82,7 @@ const CALLS = {
         progress("clusters", `${count.toLocaleString("en")} triangles`);
         const { clusterOf } = await stage(times, "clusters", () => arboleda.clusters(positions));
         index?.free();
-        index = await stage(times, "build", () => arboleda.build(kind, positions));
+        index = await buildShown(times, kind);
         const drawn = await stage(times, "draw", () => {
             box = boxOf(positions);
             const middle = box[0].map((x, axis) => (x + box[1][axis]) / 2);
@@ -87,7 +97,7 @@ const CALLS = {
     async build({ kind }) {
         const times = [];
         index.free();
-        index = await stage(times, "build", () => arboleda.build(kind, positions));
+        index = await buildShown(times, kind);
         return { ...described(), times };
     },
 
@@ -108,19 +118,25 @@ const CALLS = {
     /** The same ray through every kind of index, built one after the other, until the page says stop. */
     async compare({ origin, direction }) {
         const rows = [];
-        stopped = false;
+        stopping = new AbortController();
         for (const kind of arboleda.kinds) {
             progress("compare", `${kind}, ${rows.length + 1} of ${arboleda.kinds.length}`);
             // Between two builds, messages come in.
             await new Promise((resolve) => setTimeout(resolve));
-            if (stopped) break;
+            if (stopping.signal.aborted) break;
             const since = performance.now();
-            const other = arboleda.build(kind, positions);
-            const built = seconds(since);
+            let other;
+            try {
+                other = await built(kind, { signal: stopping.signal });
+            } catch (error) {
+                if (stopping.signal.aborted) break;
+                throw error;
+            }
+            const took = seconds(since);
             try {
                 rows.push({
                     kind,
-                    seconds: built,
+                    seconds: took,
                     byteCount: other.byteCount,
                     ...other.closestHitCounted(origin, direction),
                 });
@@ -129,10 +145,6 @@ const CALLS = {
             }
         }
         return rows;
-    },
-
-    stop: () => {
-        stopped = true;
     },
 
     /** Shoots photons; the points of their hits, and their bounces. */
@@ -160,7 +172,7 @@ const buffersOf = (value, found = new Set()) => {
     return found;
 };
 
-onmessage = async ({ data: { id, call, argument } }) => {
+const answer = async ({ id, call, argument }) => {
     try {
         const value = await CALLS[call](argument);
         postMessage({ id, value }, [...buffersOf(value)]);
@@ -169,5 +181,16 @@ onmessage = async ({ data: { id, call, argument } }) => {
         const name = argument?.file?.name;
         const message = name && !error.message.startsWith(name) ? `${name}: ${error.message}` : error.message;
         postMessage({ id, error: { message, code: error.code ?? null } });
+    }
+};
+
+/** Calls are answered one after the other, as they come: what a build that pauses replaces is not asked meanwhile. */
+let answered = Promise.resolve();
+onmessage = ({ data }) => {
+    if (data.call === "stop") {
+        stopping.abort();
+        postMessage({ id: data.id, value: null });
+    } else {
+        answered = answered.then(() => answer(data));
     }
 };

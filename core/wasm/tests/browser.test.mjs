@@ -261,6 +261,22 @@ test("a million triangles: with progress, and the page is not blocked", { timeou
         const ray = await click(page, 0.5, 0.5);
         assert.ok(number(ray.nodes) > 10);
         await picture(page, "million");
+        // A wide BVH is built in steps, of which the page says how many are done.
+        await page.evaluate(() => {
+            const detail = document.getElementById("stage-detail");
+            window.said = [];
+            new MutationObserver(() => window.said.push(detail.textContent)).observe(detail, { childList: true });
+        });
+        await page.selectOption("#kind", "wide-bvh");
+        await page.waitForFunction(() => document.getElementById("walk").hidden);
+        assert.deepEqual(await ready(page), ["ready", ""]);
+        const shares = (await page.evaluate(() => window.said)).map((text) => Number(text.match(/^(\d+) %/)?.[1] ?? 0));
+        assert.ok(new Set(shares).size > 5 && shares.at(-1) === 100, `${shares}`);
+        assert.deepEqual(
+            shares,
+            [...shares].sort((a, b) => a - b),
+        );
+        assert.equal((await factsOf(page)).hit, ray.hit);
         // What takes long can be stopped.
         await page.locator("#compare").click();
         await page.locator("#stop").click();
@@ -287,6 +303,36 @@ test("the modules in the browser give the digests of the native build", { timeou
                 return { simd: arboleda.simd, lines: digests(arboleda) };
             }, simd);
             assert.deepEqual(found, { simd, lines: expected });
+        }
+    }),
+);
+
+test("a build in steps lets the page go on, and has the bytes of a build at once", { timeout: 60000 }, () =>
+    withPage({}, async (page, address) => {
+        await page.goto(`${address}/dist/`);
+        await ready(page);
+        for (const simd of [false, true]) {
+            const found = await page.evaluate(async (simd) => {
+                const [{ load }, { make }] = await Promise.all([import("/js/arboleda.js"), import("/page/scenes.js")]);
+                const arboleda = await load({ simd });
+                const positions = make("town");
+                let isOver = false;
+                let timers = 0;
+                const count = () => {
+                    timers += 1;
+                    if (!isOver) setTimeout(count);
+                };
+                setTimeout(count);
+                const index = await arboleda.buildInSteps("wide-bvh", positions, null, { looksPerStep: 1000 });
+                isOver = true;
+                const atOnce = arboleda.build("wide-bvh", positions).save();
+                const bytes = index.save();
+                const isSame = bytes.length === atOnce.length && bytes.every((byte, at) => byte === atOnce[at]);
+                return { timers, isSame, length: bytes.length };
+            }, simd);
+            assert.ok(found.isSame && found.length > 5e6, `${found.length}`);
+            // Timers that call each other come every 4 ms at best, and a turn takes 8.
+            assert.ok(found.timers > 3, `${found.timers} timers`);
         }
     }),
 );
