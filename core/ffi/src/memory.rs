@@ -216,7 +216,17 @@ pub struct Kept<T> {
     mark: u64,
     /// The address of this. A copy elsewhere is no build: two would use the same scratch.
     address: usize,
-    value: T,
+    /// What the build borrows: no output of a later call may overlap it.
+    pub borrowed: [Region; 6],
+    /// The build.
+    pub value: T,
+}
+
+impl<T> Kept<T> {
+    /// Ends the build: its memory is not taken for one again.
+    pub fn end(&mut self) {
+        self.mark = 0;
+    }
 }
 
 /// Number by which an open handle is told from any other memory.
@@ -317,33 +327,34 @@ impl Caller {
         unsafe { (*first).0.assume_init_ref() }
     }
 
-    /// Leaves a build in memory that begins at a multiple of 64 bytes, and returns its address.
-    pub fn keep<T: Keep>(self, to: Output<Slot<Kept<T>>>, value: T) -> *mut c_void {
-        let first = to.first.cast::<c_void>();
-        let kept = Kept { mark: T::MARK, address: first.addr(), value };
-        self.write(to, Slot(MaybeUninit::new(kept)));
-        first
+    /// Leaves a build, which `begin` makes where it stays, in memory that begins at a multiple of 64 bytes, and returns its
+    /// address.
+    pub fn keep<T: Keep>(
+        self,
+        to: Output<Slot<Kept<T>>>,
+        borrowed: [Region; 6],
+        begin: impl FnOnce(&mut MaybeUninit<T>) -> Result<(), Failure>,
+    ) -> Result<*mut c_void, Failure> {
+        let first = to.first.cast::<Kept<MaybeUninit<T>>>();
+        // SAFETY: `split` made the output, of memory that was checked; nobody else uses it. No reference to its old
+        // contents is made but to the value, which has none.
+        let value = unsafe {
+            (&raw mut (*first).mark).write(0);
+            &mut (*first).value
+        };
+        begin(value)?;
+        // SAFETY: as above.
+        unsafe {
+            (&raw mut (*first).borrowed).write(borrowed);
+            (&raw mut (*first).address).write(first.addr());
+            (&raw mut (*first).mark).write(T::MARK);
+        }
+        Ok(first.cast())
     }
 
     /// The build that [`keep`](Self::keep) has left.
-    pub fn kept<'a, T: Keep>(self, first: *mut c_void) -> Result<&'a mut T, Failure> {
-        let kept = self.kept_whole::<T>(first)?;
-        Ok(&mut kept.value)
-    }
-
-    /// Takes the build that [`keep`](Self::keep) has left out of the memory, so that it is not found again.
-    pub fn take<T: Keep>(self, first: *mut c_void) -> Result<T, Failure> {
-        let kept = ptr::from_mut(self.kept_whole::<T>(first)?);
-        // SAFETY: the reference was just made, and is not used any more. Without the mark, nobody reads the value again.
-        unsafe {
-            (*kept).mark = 0;
-            Ok((&raw const (*kept).value).read())
-        }
-    }
-
-    fn kept_whole<'a, T: Keep>(self, first: *mut c_void) -> Result<&'a mut Kept<T>, Failure> {
-        let first = first.cast::<Slot<Kept<T>>>();
-        let region = check(first, 1, T::NAME)?;
+    pub fn kept<'a, T: Keep>(self, first: *mut c_void) -> Result<&'a mut Kept<T>, Failure> {
+        let region = check(first.cast::<Slot<Kept<T>>>(), 1, T::NAME)?;
         let kept = first.cast::<Kept<T>>();
         // SAFETY: the pointer was checked; mark and address are numbers.
         let (mark, address) =
@@ -351,7 +362,7 @@ impl Caller {
         if mark != T::MARK || address != region.first {
             return Err(Failure::NotBegun);
         }
-        // SAFETY: only `keep` writes the mark of this type and this address, together with a value. The caller promises
+        // SAFETY: only `keep` writes the mark of this type and this address, together with all else. The caller promises
         // not to forge them, and to leave the memory alone between the calls.
         Ok(unsafe { &mut *kept })
     }

@@ -1,5 +1,7 @@
 //! Tests of builds in slices: the bytes of a build at once, wherever they pause; the errors of a build at once.
 
+use std::mem::MaybeUninit;
+
 use arboleda::kinds::WideBvh;
 use arboleda::{Block, BuildError, Index, MeshError, Options, Scene, SlicedBuild, Triangle, Vec3};
 use arboleda_tests::parallel;
@@ -42,6 +44,31 @@ fn in_slices(
     // Further steps do nothing.
     assert_eq!(build.step(1), Ok(true));
     (build.finish().expect("it is done").as_bytes().to_vec(), steps)
+}
+
+/// A build that stays where it is begun has the bytes of one that is moved, and is over once it has returned the index.
+#[test]
+fn a_build_is_begun_and_finished_in_place() {
+    for count in [0, 1, 2_000] {
+        let triangles = scenes::soup(count, 7);
+        let (expected, _) = at_once(&triangles);
+        let (mut scratch, mut arena) =
+            (blocks(SlicedBuild::scratch_capacity(count)), blocks(expected.len()));
+        let (arena, scratch) = (Block::bytes(&mut arena), Block::bytes(&mut scratch));
+        let (scene, options, given) = (Scene::new(&triangles), Options::DEFAULT, scratch.len());
+        let mut room = MaybeUninit::uninit();
+        let refused = SlicedBuild::begin_in(&mut room, &scene, &options, &mut [], &mut []);
+        let needed = SlicedBuild::scratch_capacity(count);
+        let full = BuildError::ScratchFull { needed, given: 0 };
+        assert_eq!(refused.err(), (given > 0).then_some(full));
+
+        let mut room = MaybeUninit::uninit();
+        let build = SlicedBuild::begin_in(&mut room, &scene, &options, arena, scratch).unwrap();
+        while !build.step(300).unwrap() {}
+        assert!(build.finish_in_place().unwrap().as_bytes() == expected, "{count} triangles");
+        let over = BuildError::ArenaFull { needed: expected.len(), given: 0 };
+        assert_eq!(build.finish_in_place().err(), Some(over));
+    }
 }
 
 #[test]

@@ -14,7 +14,7 @@ use arboleda::{BuildError, IndexKind, Mesh, Options, Piece, PiecewiseBuild, Scen
 
 use crate::error::{Failure, arb_error, arb_status, reported};
 use crate::kind;
-use crate::memory::{Caller, Keep, Kept, Output, Region, Slot, apart};
+use crate::memory::{Caller, Keep, Kept, Output, Slot, apart};
 use crate::options::{arb_options, chosen};
 use crate::scene::{Arrays, arb_mesh};
 
@@ -65,8 +65,6 @@ struct Pieces {
     triangle_count: usize,
     next_triangle: usize,
     stage: Stage,
-    /// What the build borrows: nothing that it writes may overlap it. The last is the memory, once there is one.
-    borrowed: [Region; 6],
 }
 
 /// What comes next. There is one for each build, so that its size does not matter.
@@ -142,20 +140,17 @@ pub unsafe extern "C" fn arb_piecewise_begin(
         let clusters: &'static Clusters<'static> = caller.place(clusters_slot, found);
         caller.write(needed, kind.memory_in_pieces(clusters, &options));
         let [a, b, c, d] = arrays.regions();
+        // The last is the memory, once there is one.
         let borrowed = [in_scratch, a, b, c, d, in_scratch];
         let triangle_count = if chosen.beside { 0 } else { scene.triangles().len() };
         let (next_triangle, stage) = (0, Stage::Join);
-        let pieces = Pieces {
-            kind,
-            scene,
-            options,
-            clusters,
-            triangle_count,
-            next_triangle,
-            stage,
-            borrowed,
-        };
-        Ok(caller.keep(slot, pieces).cast())
+        let pieces =
+            Pieces { kind, scene, options, clusters, triangle_count, next_triangle, stage };
+        let begun = caller.keep(slot, borrowed, |room| {
+            room.write(pieces);
+            Ok(())
+        });
+        Ok(begun?.cast())
     })
 }
 
@@ -176,18 +171,17 @@ pub unsafe extern "C" fn arb_piecewise_join(
     // SAFETY: the promise of the crate's page.
     let caller = unsafe { Caller::promises() };
     reported(caller, error, || {
-        let pieces = caller.kept::<Pieces>(build.cast())?;
+        let Kept { value: pieces, borrowed, .. } = caller.kept::<Pieces>(build.cast())?;
         if !matches!(pieces.stage, Stage::Join) {
             return Err(Failure::NotYet { first: "arb_piecewise_begin" });
         }
         let memory = Output::<u8>::check(memory.cast(), memory_bytes, "memory")?;
-        apart(&[memory.region()], &pieces.borrowed)?;
+        apart(&[memory.region()], borrowed)?;
         let region = memory.region();
         let Pieces { kind, scene, options, clusters, .. } = *pieces;
         let begun = kind.build_in_pieces(&scene, &options, clusters, caller.borrow_mut(memory))?;
-        if let Some(last) = pieces.borrowed.last_mut() {
-            *last = region;
-        }
+        let [.., last] = borrowed;
+        *last = region;
         pieces.stage = Stage::Words(begun);
         Ok(())
     })
@@ -216,18 +210,18 @@ pub unsafe extern "C" fn arb_piecewise_next(
     // SAFETY: the promise of the crate's page.
     let caller = unsafe { Caller::promises() };
     reported(caller, error, || {
-        let pieces = caller.kept::<Pieces>(build.cast())?;
+        let kept = caller.kept::<Pieces>(build.cast())?;
         let room = Output::<u8>::check(room.cast(), room_bytes, "room")?;
         let to = Output::one(piece, "piece")?;
         room.check_alignment()?;
-        apart(&[to.region(), room.region()], &pieces.borrowed)?;
-        let (next, index_bytes) = pieces.next(caller.borrow_mut(room))?;
+        apart(&[to.region(), room.region()], &kept.borrowed)?;
+        let (next, index_bytes) = kept.value.next(caller.borrow_mut(room))?;
         let (bytes, byte_count, offset) = next.map_or((ptr::null(), 0, 0), |next| {
             (next.bytes.as_ptr(), next.bytes.len(), next.offset)
         });
         caller.write(to, arb_piece { bytes: bytes.cast(), byte_count, offset, index_bytes });
         if next.is_none() {
-            let _over: Pieces = caller.take(build.cast())?;
+            kept.end();
         }
         Ok(())
     })

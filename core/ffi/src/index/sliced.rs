@@ -7,12 +7,11 @@
 use core::ffi::c_void;
 
 #[cfg(feature = "wide-bvh")]
-use arboleda::SlicedBuild;
 use arboleda::{AnyIndex, BuildError};
 
 use super::{arb_index, fill};
 use crate::error::{arb_error, arb_status, reported};
-use crate::memory::{Caller, Keep, Kept, Output, Region, Slot, apart};
+use crate::memory::{Caller, Keep, Kept, Output, Slot, apart};
 use crate::options::{arb_options, chosen};
 use crate::scene::{Arrays, arb_mesh};
 
@@ -36,64 +35,63 @@ pub struct arb_sliced_build(());
 
 /// The build as it lies in the scratch.
 #[cfg(feature = "wide-bvh")]
-struct Sliced {
-    build: SlicedBuild<'static, 'static>,
-    /// What the build borrows: nothing that it writes later may overlap it.
-    borrowed: [Region; 6],
+type Sliced = arboleda::SlicedBuild<'static, 'static>;
+
+#[cfg(feature = "wide-bvh")]
+fn finish(build: &mut Sliced) -> Result<AnyIndex<'static>, BuildError> {
+    build.finish_in_place().map(AnyIndex::WideBvh)
 }
 
-/// Without the wide BVH, no build is ever begun.
 #[cfg(not(feature = "wide-bvh"))]
-enum Sliced {}
+use left_out::{Sliced, finish};
+
+/// A library without the wide BVH has no build, and so begins none.
+#[cfg(not(feature = "wide-bvh"))]
+mod left_out {
+    use core::mem::MaybeUninit;
+
+    use arboleda::{AnyIndex, BuildError, Options, Scene};
+
+    use crate::arb_kind::ARB_WIDE_BVH;
+    use crate::error::Failure;
+
+    pub enum Sliced {}
+
+    impl Sliced {
+        pub fn scratch_capacity(_: usize) -> usize {
+            0
+        }
+
+        pub fn begin_in<'r>(
+            _: &'r mut MaybeUninit<Self>,
+            _: &Scene<'static>,
+            _: &Options,
+            _: &'static mut [u8],
+            _: &'static mut [u8],
+        ) -> Result<&'r mut Self, Failure> {
+            Err(Failure::KindLeftOut { number: ARB_WIDE_BVH as u32 })
+        }
+
+        pub fn step(&mut self, _: usize) -> Result<bool, BuildError> {
+            match *self {}
+        }
+    }
+
+    pub fn finish(build: &mut Sliced) -> Result<AnyIndex<'static>, BuildError> {
+        match *build {}
+    }
+}
 
 impl Keep for Sliced {
     const MARK: u64 = 0x4152_4253_6c69_6365;
     const NAME: &'static str = "build";
 }
 
-#[cfg(feature = "wide-bvh")]
-impl Sliced {
-    fn scratch_bytes(triangle_count: usize) -> usize {
-        SlicedBuild::scratch_capacity(triangle_count)
-    }
-
-    fn borrowed(&self) -> [Region; 6] {
-        self.borrowed
-    }
-
-    fn step(&mut self, looks: usize) -> Result<bool, BuildError> {
-        self.build.step(looks)
-    }
-
-    fn finish(self) -> Result<AnyIndex<'static>, BuildError> {
-        self.build.finish().map(AnyIndex::WideBvh)
-    }
-}
-
-#[cfg(not(feature = "wide-bvh"))]
-impl Sliced {
-    fn scratch_bytes(_: usize) -> usize {
-        0
-    }
-
-    fn borrowed(&self) -> [Region; 6] {
-        match *self {}
-    }
-
-    fn step(&mut self, _: usize) -> Result<bool, BuildError> {
-        match *self {}
-    }
-
-    fn finish(self) -> Result<AnyIndex<'static>, BuildError> {
-        match self {}
-    }
-}
-
 /// Bytes of scratch that a build in slices of `triangle_count` triangles needs, wherever they lie: some 13 KB for the
 /// build itself, and 48 bytes a triangle.
 #[unsafe(no_mangle)]
 pub extern "C" fn arb_sliced_scratch_bytes(triangle_count: usize) -> usize {
-    Sliced::scratch_bytes(triangle_count).saturating_add(size_of::<Slot<Kept<Sliced>>>())
+    Sliced::scratch_capacity(triangle_count).saturating_add(size_of::<Slot<Kept<Sliced>>>())
 }
 
 /// Begins a build of a wide BVH in slices, and does none of its work. See arb_sliced_build for what has to stay alive.
@@ -126,24 +124,19 @@ pub unsafe extern "C" fn arb_sliced_begin(
         let arrays = Arrays::check(caller, mesh)?;
         let memory = Output::<u8>::check(memory.cast(), memory_bytes, "memory")?;
         let scratch = Output::<u8>::check(scratch.cast(), scratch_bytes, "scratch")?;
-        let (in_memory, in_scratch) = (memory.region(), scratch.region());
-        apart(&[to, in_memory, in_scratch], &arrays.regions())?;
+        let outputs = [to, memory.region(), scratch.region()];
+        apart(&outputs, &arrays.regions())?;
+        let ([_, in_memory, in_scratch], [a, b, c, d]) = (outputs, arrays.regions());
+        let borrowed = [in_memory, in_scratch, a, b, c, d];
         let scene = arrays.scene(caller, chosen.beside);
         let needed = arb_sliced_scratch_bytes(scene.triangles().len());
         let (slot, rest) = scratch.split_scratch(needed)?;
-        #[cfg(feature = "wide-bvh")]
-        {
-            let (arena, rest) = (caller.borrow_mut(memory), caller.borrow_mut(rest));
-            let build = SlicedBuild::new(&scene, &chosen.options, arena, rest)?;
-            let [a, b, c, d] = arrays.regions();
-            let borrowed = [in_memory, in_scratch, a, b, c, d];
-            Ok(caller.keep(slot, Sliced { build, borrowed }).cast())
-        }
-        #[cfg(not(feature = "wide-bvh"))]
-        {
-            let _: (Output<Slot<Kept<Sliced>>>, _, _, _) = (slot, rest, in_memory, in_scratch);
-            Err(crate::error::Failure::KindLeftOut { number: crate::arb_kind::ARB_WIDE_BVH as u32 })
-        }
+        let (arena, rest) = (caller.borrow_mut(memory), caller.borrow_mut(rest));
+        let begun = caller.keep::<Sliced>(slot, borrowed, |room| {
+            Sliced::begin_in(room, &scene, &chosen.options, arena, rest)?;
+            Ok(())
+        });
+        Ok(begun?.cast())
     })
 }
 
@@ -168,10 +161,9 @@ pub unsafe extern "C" fn arb_sliced_step(
     let caller = unsafe { Caller::promises() };
     reported(caller, error, || {
         let to = Output::one(is_done, "is_done")?;
-        let sliced = caller.kept::<Sliced>(build.cast())?;
-        apart(&[to.region()], &sliced.borrowed())?;
-        let stepped = sliced.step(looks)?;
-        caller.write(to, stepped);
+        let kept = caller.kept::<Sliced>(build.cast())?;
+        apart(&[to.region()], &kept.borrowed)?;
+        caller.write(to, kept.value.step(looks)?);
         Ok(())
     })
 }
@@ -190,7 +182,9 @@ pub unsafe extern "C" fn arb_sliced_finish(
     // SAFETY: the promise of the crate's page.
     let caller = unsafe { Caller::promises() };
     fill(caller, index, error, |handle| {
-        apart(&[handle], &caller.kept::<Sliced>(build.cast())?.borrowed())?;
-        Ok(caller.take::<Sliced>(build.cast())?.finish()?)
+        let kept = caller.kept::<Sliced>(build.cast())?;
+        apart(&[handle], &kept.borrowed)?;
+        kept.end();
+        Ok(finish(&mut kept.value)?)
     })
 }

@@ -1,10 +1,12 @@
 //! Build of a wide BVH in slices.
 
+use core::mem::{self, MaybeUninit};
+
 use super::{Index, whole_words};
 use crate::cluster::{ClusterNode, NodeId};
 use crate::error::BuildError;
 use crate::indices::WideBvh;
-use crate::indices::wide::{SliceError, SlicedWords};
+use crate::indices::wide::{SliceError, SlicedWords, Unsorted};
 use crate::input::{Options, Scene};
 use crate::memory::Arena;
 use crate::structure::sections::{Layout, Sections, encode_header};
@@ -57,6 +59,13 @@ pub struct SlicedBuild<'a, 's> {
     error: Option<BuildError>,
 }
 
+/// What a build is made of, checked. It is small.
+struct Prepared<'a, 's> {
+    scene: Scene<'a>,
+    arena: &'a mut [u8],
+    unsorted: Unsorted<'s>,
+}
+
 impl<'a, 's> SlicedBuild<'a, 's> {
     /// The scratch bytes that a build for `triangle_count` triangles needs.
     pub const fn scratch_capacity(triangle_count: usize) -> usize {
@@ -79,6 +88,31 @@ impl<'a, 's> SlicedBuild<'a, 's> {
         arena: &'a mut [u8],
         scratch: &'s mut [u8],
     ) -> Result<Self, BuildError> {
+        Self::prepare(scene, options, arena, scratch).map(Self::of)
+    }
+
+    /// Begins a build as [`new`](Self::new) does, in a room where it stays: a static for example, or the memory of a C
+    /// program. A build is large; one that is returned is copied on the stack, up to twice.
+    ///
+    /// # Errors
+    /// The errors of [`new`](Self::new). The room is then as it was.
+    pub fn begin_in<'r>(
+        room: &'r mut MaybeUninit<Self>,
+        scene: &Scene<'a>,
+        options: &Options,
+        arena: &'a mut [u8],
+        scratch: &'s mut [u8],
+    ) -> Result<&'r mut Self, BuildError> {
+        let prepared = Self::prepare(scene, options, arena, scratch)?;
+        Ok(room.write(Self::of(prepared)))
+    }
+
+    fn prepare(
+        scene: &Scene<'a>,
+        options: &Options,
+        arena: &'a mut [u8],
+        scratch: &'s mut [u8],
+    ) -> Result<Prepared<'a, 's>, BuildError> {
         if scene.beside {
             return Err(BuildError::HoldsTriangles { kind: <WideBvh as Described>::NAME });
         }
@@ -95,9 +129,16 @@ impl<'a, 's> SlicedBuild<'a, 's> {
         }
         let scratch = Arena::new(scratch).ok_or(BuildError::Misaligned)?;
         let work_limit = options.work_limit.unwrap_or(u64::MAX);
-        let words = SlicedWords::new(count, scratch, work_limit)?.ok_or(full)?;
+        let unsorted = SlicedWords::prepare(count, scratch, work_limit)?.ok_or(full)?;
+        Ok(Prepared { scene: *scene, arena, unsorted })
+    }
+
+    #[inline]
+    fn of(prepared: Prepared<'a, 's>) -> Self {
+        let Prepared { scene, arena, unsorted } = prepared;
+        let count = scene.triangles.len();
         let layout = Layout::new(FORMAT, count, count.min(1));
-        Ok(Self { scene: *scene, arena, layout, checked: 0, words, error: None })
+        Self { scene, arena, layout, checked: 0, words: SlicedWords::of(unsorted), error: None }
     }
 
     /// Goes on with the build for about `looks` looks at a triangle, at least one, and tells whether it is done. To write a
@@ -151,8 +192,18 @@ impl<'a, 's> SlicedBuild<'a, 's> {
     /// # Errors
     /// The errors of [`step`](Self::step).
     pub fn finish(mut self) -> Result<Index<'a, WideBvh>, BuildError> {
+        self.finish_in_place()
+    }
+
+    /// Does what is left of the build, and returns the index, as [`finish`](Self::finish) does of a build that is not
+    /// moved. The build is over: it has no arena any more.
+    ///
+    /// # Errors
+    /// The errors of [`step`](Self::step); [`BuildError::ArenaFull`], with none given, if the index was returned before.
+    pub fn finish_in_place(&mut self) -> Result<Index<'a, WideBvh>, BuildError> {
         while !self.step(usize::MAX)? {}
-        let Self { scene, arena, layout, words, .. } = self;
+        let arena = mem::take(&mut self.arena);
+        let Self { scene, layout, words, .. } = self;
         let word_count = words.word_count().unwrap_or(0);
         let (needed, given) = (layout.total(word_count), arena.len());
         let full = BuildError::ArenaFull { needed, given };

@@ -37,7 +37,7 @@ mod tree;
 mod wavefront;
 
 pub use full::WideBvh;
-pub(crate) use full::{SliceError, SlicedWords};
+pub(crate) use full::{SliceError, SlicedWords, Unsorted};
 pub use quantised::{CompactBvh, LeanBvh};
 
 use crate::input::Options;

@@ -48,7 +48,7 @@ mod reader;
 mod slices;
 
 use reader::WideTree;
-pub(crate) use slices::{SliceError, SlicedWords};
+pub(crate) use slices::{SliceError, SlicedWords, Unsorted};
 
 use super::dispatch;
 use crate::error::BuildError;

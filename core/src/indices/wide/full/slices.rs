@@ -27,6 +27,13 @@ pub(crate) struct SlicedWords<'s> {
     stage: Stage,
 }
 
+/// Memory and limit of a build. It is small: a [`SlicedWords`] is made where it stays, from this.
+pub(crate) struct Unsorted<'s> {
+    primitives: &'s mut [Primitive],
+    splits: &'s mut [BinarySplit],
+    work_limit: u64,
+}
+
 /// Stage of the build: the work that the next slice begins with. Those after the first are the phases of `emit`.
 #[derive(Clone, Copy)]
 enum Stage {
@@ -49,19 +56,25 @@ impl<'s> SlicedWords<'s> {
     ///
     /// # Errors
     /// [`BuildError::TooLarge`], and [`BuildError::TooMuchWork`] if no tree takes so few steps.
-    pub fn new(
+    pub fn prepare(
         count: usize,
         mut scratch: Arena<'s>,
         work_limit: u64,
-    ) -> Result<Option<Self>, BuildError> {
+    ) -> Result<Option<Unsorted<'s>>, BuildError> {
         check_count(count)?;
         Words::limited(&mut [], work_limit).spend(least_steps(count))?;
         let (Some(primitives), Some(splits)) = (scratch.take(count), scratch.take(count)) else {
             return Ok(None);
         };
-        let stage = if count > 0 { Stage::Sort } else { Stage::Done };
+        Ok(Some(Unsorted { primitives, splits, work_limit }))
+    }
+
+    /// A build that has done nothing yet.
+    pub fn of(unsorted: Unsorted<'s>) -> Self {
+        let Unsorted { primitives, splits, work_limit } = unsorted;
+        let stage = if primitives.is_empty() { Stage::Done } else { Stage::Sort };
         let (sort, planner) = (SlicedSort::new(), Planner::default());
-        Ok(Some(Self { primitives, splits, work_limit, sort, forest: None, planner, stage }))
+        Self { primitives, splits, work_limit, sort, forest: None, planner, stage }
     }
 
     /// The box of the scene, once all is sorted.
