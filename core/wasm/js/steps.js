@@ -35,6 +35,8 @@ export class Pace {
     #millisecondsPerTurn;
     #onProgress;
     #signal;
+    /** When the build was asked for: what comes before its first step belongs to its first turn. */
+    #begun = performance.now();
     /** The share that was told last. It never falls, also if a build has to begin again. */
     #told = 0;
 
@@ -60,9 +62,9 @@ export class Pace {
     async run(triangleCount, step) {
         const expected = expectedLooks(triangleCount);
         let looks = 0;
-        for (;;) {
+        for (let from = this.#begun; ; from = performance.now()) {
             this.#signal?.throwIfAborted();
-            const end = performance.now() + this.#millisecondsPerTurn;
+            const end = from + this.#millisecondsPerTurn;
             do {
                 if (step(this.#looksPerStep)) {
                     this.#onProgress?.(1);
