@@ -183,8 +183,8 @@ pub enum Failure {
     NotOpen,
     /// Memory in which no build lies.
     NotBegun,
-    /// A build of which another function has to be called first.
-    NotYet { first: &'static str },
+    /// A build at which another function is to be called.
+    OutOfOrder { why: &'static str },
     /// A number that no kind has.
     UnknownKind { number: u32 },
     /// A kind that the library was built without.
@@ -225,7 +225,7 @@ impl fmt::Display for Failure {
             Self::Overlap { output, other } => write!(f, "{output} overlaps {other}"),
             Self::NotOpen => f.write_str("the arb_index is not open"),
             Self::NotBegun => f.write_str("the build was not begun, is over, or was moved"),
-            Self::NotYet { first } => write!(f, "{first} has to be called first"),
+            Self::OutOfOrder { why } => f.write_str(why),
             Self::UnknownKind { number } => write!(f, "no kind of index has the number {number}"),
             Self::KindLeftOut { number } => {
                 write!(f, "the library was built without the kind of index number {number}")
@@ -253,7 +253,7 @@ impl Failure {
             Self::Argument { status, .. } => (status, none),
             Self::Overlap { .. } => (ARB_OVERLAP, none),
             Self::NotOpen => (ARB_NOT_OPEN, none),
-            Self::NotBegun | Self::NotYet { .. } => (ARB_NOT_BEGUN, none),
+            Self::NotBegun | Self::OutOfOrder { .. } => (ARB_NOT_BEGUN, none),
             Self::UnknownKind { .. } => (ARB_UNKNOWN_KIND, none),
             Self::KindLeftOut { .. } => (ARB_KIND_LEFT_OUT, none),
             Self::TwoMeshes => (ARB_TWO_MESHES, none),

@@ -173,7 +173,7 @@ pub unsafe extern "C" fn arb_piecewise_join(
     reported(caller, error, || {
         let Kept { value: pieces, borrowed, .. } = caller.kept::<Pieces>(build.cast())?;
         if !matches!(pieces.stage, Stage::Join) {
-            return Err(Failure::NotYet { first: "arb_piecewise_begin" });
+            return Err(Failure::OutOfOrder { why: "the clusters are joined already" });
         }
         let memory = Output::<u8>::check(memory.cast(), memory_bytes, "memory")?;
         apart(&[memory.region()], borrowed)?;
@@ -270,7 +270,7 @@ impl Pieces {
                     .find_map(|piece| piece.take_if(|piece| !piece.bytes.is_empty()));
                 Ok((next, *length))
             }
-            _ => Err(Failure::NotYet { first: "arb_piecewise_join" }),
+            _ => Err(Failure::OutOfOrder { why: "arb_piecewise_join has to be called first" }),
         }
     }
 

@@ -203,7 +203,11 @@ fn calls_have_an_order() {
     let mut copy = begun.scratch.clone();
     assert_eq!(join(copy.as_mut_ptr().cast(), first, bytes).status, ARB_NOT_BEGUN);
     assert_eq!(join(build, first, bytes).status, ARB_OK);
-    assert_eq!(join(build, first, bytes).status, ARB_NOT_BEGUN);
+    let again = join(build, first, bytes);
+    assert_eq!(
+        (again.status, &*message(&again)),
+        (ARB_NOT_BEGUN, "the clusters are joined already")
+    );
 
     // The room and the piece.
     let refused = |room, bytes| next(build, room, bytes).unwrap_err().status;
