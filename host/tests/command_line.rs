@@ -149,6 +149,41 @@ fn outputs_are_checked_before_the_work() {
 }
 
 #[test]
+fn outputs_are_other_files_than_inputs_and_each_other() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("in")).unwrap();
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    fs::write(at("in/s.ply"), text).unwrap();
+    program::write_rays(&at("r.npy"), &[[0.2_f32, 0.2, 1.0, 0.0, 0.0, -1.0]]);
+    let rays = fs::read(at("r.npy")).unwrap();
+    let read = "the command reads it";
+    let twice = "two outputs would be written to";
+    for (line, message) in [
+        ("shoot in/s.ply --mesh-ply in/s.ply", read),
+        ("shoot in --mesh-ply in/../in/s.ply", read),
+        ("shoot in/s.ply --out a.npy --triangles ./a.npy", twice),
+        ("shoot in/s.ply --mesh-ply a.ply --photons-ply in/../a.ply", twice),
+        ("shoot in/s.ply --part in/s.ply", read),
+        ("cast in/s.ply --rays r.npy --hits ./r.npy", read),
+        ("cast in/s.ply --rays r.npy --hits a.npy --points a.offsets.npy --query all", twice),
+        ("irradiance in/s.ply --points r.npy --out r.npy", read),
+        ("irradiance in/s.ply --points r.npy --out a.npy --checkpoint a.npy", twice),
+        ("render in/s.ply --out a.png --estimator photon-map --save-map a.png", twice),
+        ("render in/s.ply --out a.png --checkpoint in/s.ply", read),
+        ("merge r.npy --out a.npy --save-map a.npy", twice),
+        ("merge r.npy --out r.npy", read),
+    ] {
+        let said = failure(&program::command_line(folder.path(), line).output().unwrap());
+        assert!(said.contains(message), "{line}\n{said}");
+    }
+    assert_eq!(names(folder.path()), ["in", "r.npy"]);
+    assert_eq!(fs::read_to_string(at("in/s.ply")).unwrap(), text);
+    assert_eq!(fs::read(at("r.npy")).unwrap(), rays);
+}
+
+#[test]
 fn files_are_written_only_where_asked() {
     let folder = folder();
     let (_, said) = success(&run_in(folder.path(), &with_scene("inspect", &["--index", "bvh"])));

@@ -5,6 +5,7 @@ mod mapped;
 pub(crate) mod output;
 pub mod rays;
 pub(crate) mod signature;
+mod target;
 
 pub use error::FileError;
 pub(crate) use mapped::MappedFile;

@@ -14,6 +14,8 @@ use anyhow::{Context, bail, ensure};
 use npyz::{DType, Field, WriterBuilder};
 use tempfile::NamedTempFile;
 
+use super::target::{Target, cannot_write, temporary};
+
 /// Checks that a file can be written, for use before the work whose result it will hold. Leaves no file behind.
 ///
 /// # Errors
@@ -25,6 +27,33 @@ pub fn check_writable(path: &Path) -> anyhow::Result<()> {
             temporary(&folder).map(drop).with_context(|| cannot_write(path))
         }
     }
+}
+
+/// Checks the files of a command before its work: that each can be written, that no two are one file, and that none is
+/// a file that the command reads. Pipes and devices may be named twice.
+///
+/// # Errors
+/// The errors of [`check_writable`]; fails for two names of one file.
+pub fn check_outputs<'p>(
+    outputs: impl IntoIterator<Item = &'p PathBuf>,
+    inputs: &[PathBuf],
+) -> anyhow::Result<()> {
+    let inputs: Vec<PathBuf> = inputs.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    let mut files = Vec::new();
+    for path in outputs {
+        check_writable(path)?;
+        let Target::Regular { file, folder } = Target::of(path)? else { continue };
+        let name = file.file_name().unwrap_or_default();
+        let file = folder.canonicalize().unwrap_or(folder).join(name);
+        ensure!(!files.contains(&file), "two outputs would be written to {}", path.display());
+        ensure!(
+            !inputs.contains(&file),
+            "{}: the command reads it; name another file",
+            cannot_write(path)
+        );
+        files.push(file);
+    }
+    Ok(())
 }
 
 /// Writes a file; `fill` writes the contents.
@@ -168,51 +197,6 @@ pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
         .with_context(|| format!("cannot write into the folder {}", folder.display()))
 }
 
-fn cannot_write(path: &Path) -> String {
-    format!("cannot write {}", path.display())
-}
-
-/// Kind of output that a path names.
-enum Target {
-    /// A pipe, a terminal or a device: written directly.
-    Stream,
-    /// A file that exists or can be made: replaced by a rename.
-    Regular { file: PathBuf, folder: PathBuf },
-}
-
-impl Target {
-    fn of(path: &Path) -> anyhow::Result<Self> {
-        if let Ok(present) = fs::metadata(path) {
-            ensure!(!present.is_dir(), "{}: it is a folder", cannot_write(path));
-            // /dev/stdout redirected to a file is a regular file; a rename would replace the file instead of writing
-            // it.
-            if !present.is_file() || path.starts_with("/dev") || path.starts_with("/proc") {
-                return Ok(Self::Stream);
-            }
-            ensure!(!present.permissions().readonly(), "{}: it is read-only", cannot_write(path));
-        }
-        // A symbolic link stays; the file that it leads to is replaced.
-        let file = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let folder = match file.parent() {
-            Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
-            Some(folder) => folder.to_owned(),
-            None => bail!("{}: it is a folder", cannot_write(path)),
-        };
-        ensure!(folder.is_dir(), "{}: there is no folder {}", cannot_write(path), folder.display());
-        Ok(Self::Regular { file, folder })
-    }
-}
-
-/// Makes a file that is deleted when dropped unless it was renamed. Its permissions are those of any new file: 0666
-/// less the process's mask.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".arboleda-").suffix(".part");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -255,6 +239,25 @@ mod tests {
         fs::set_permissions(&path, permissions).unwrap();
         let read_only = check_writable(&path).unwrap_err().to_string();
         assert!(read_only.ends_with("it is read-only"), "{read_only}");
+    }
+
+    #[test]
+    fn two_names_of_one_file_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("in")).unwrap();
+        fs::write(at("a.txt"), "kept").unwrap();
+        let check = |outputs: &[&str], inputs: &[&str]| {
+            let [outputs, inputs]: [Vec<PathBuf>; 2] =
+                [outputs, inputs].map(|names| names.iter().map(|name| at(name)).collect());
+            check_outputs(&outputs, &inputs).err().map(|error| error.to_string())
+        };
+        assert_eq!(check(&["a.txt", "b.txt", "in/a.txt"], &["none"]), None);
+        assert_eq!(check(&["/dev/null", "/dev/null"], &["/dev/null"]), None);
+        let twice = check(&["new.txt", "in/../new.txt"], &[]).unwrap();
+        assert!(twice.starts_with("two outputs would be written to "), "{twice}");
+        let read = check(&["in/../a.txt"], &["a.txt"]).unwrap();
+        assert!(read.ends_with("the command reads it; name another file"), "{read}");
     }
 
     #[cfg(unix)]

@@ -35,6 +35,25 @@ impl SceneFiles {
     /// [`SceneError::Unreadable`] for a folder that cannot be read, [`SceneError::NoSceneFiles`] for one without scene
     /// files.
     pub fn list(named: &[PathBuf]) -> Result<Self, SceneError> {
+        let paths = Self::paths_of(named)?;
+        warn_of_twins(&paths);
+        let Some(first) = named.first() else {
+            return Err(SceneError::NoSceneFiles { folder: PathBuf::new() });
+        };
+        let name = if first.is_dir() { first.file_name() } else { first.file_stem() };
+        let name = name.unwrap_or(first.as_os_str()).to_string_lossy();
+        let title = match named.len() - 1 {
+            0 => name.into_owned(),
+            more => format!("{name} and {more} more"),
+        };
+        Ok(Self { paths, title })
+    }
+
+    /// Lists the paths of files that are named, as [`list`](Self::list) does, without a warning.
+    ///
+    /// # Errors
+    /// Those of [`list`](Self::list).
+    pub fn paths_of(named: &[PathBuf]) -> Result<Vec<PathBuf>, SceneError> {
         let mut paths = Vec::new();
         for path in named {
             if path.is_dir() {
@@ -48,17 +67,7 @@ impl SceneFiles {
                 paths.push(path.clone());
             }
         }
-        warn_of_twins(&paths);
-        let Some(first) = named.first() else {
-            return Err(SceneError::NoSceneFiles { folder: PathBuf::new() });
-        };
-        let name = if first.is_dir() { first.file_name() } else { first.file_stem() };
-        let name = name.unwrap_or(first.as_os_str()).to_string_lossy();
-        let title = match named.len() - 1 {
-            0 => name.into_owned(),
-            more => format!("{name} and {more} more"),
-        };
-        Ok(Self { paths, title })
+        Ok(paths)
     }
 
     /// The paths of the files.

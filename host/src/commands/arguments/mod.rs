@@ -80,6 +80,14 @@ impl SceneArguments {
         Ok(path)
     }
 
+    /// Lists the files that are read; none if the scene is built in.
+    ///
+    /// # Errors
+    /// If a folder cannot be read, or has no scene files.
+    pub fn inputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        Ok(SceneFiles::paths_of(&self.files)?)
+    }
+
     /// Names other files, or folders, of the scene.
     pub fn move_to(&mut self, files: &[PathBuf]) {
         (self.files, self.scene) = (files.to_vec(), None);

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::values::file_ending_in;
 use crate::benchmark::harness::progress::during;
+use crate::index::scene_path;
 use crate::{PackedIndex, PackedScene, TimedIndex, Validation};
 
 /// Packed scene of a command.
@@ -41,6 +42,12 @@ impl PackedArguments {
             log::info!("{}: validated, with its scene", path.display());
         }
         Ok(Some(scene))
+    }
+
+    /// Lists the files that are read, if a packed scene is named.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let index = self.index_file.iter();
+        index.flat_map(|path| [path.clone(), scene_path(path)]).collect()
     }
 
     /// Names another packed scene, or none.

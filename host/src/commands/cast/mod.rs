@@ -13,7 +13,7 @@ use super::arguments::packed::PackedArguments;
 use super::arguments::values::file_ending_in;
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
 use crate::benchmark::harness::progress::during;
-use crate::files::output::{check_writable, write_npy};
+use crate::files::output::{check_outputs, write_npy};
 use crate::files::rays::{self, RayTable};
 use crate::scene::Model;
 use crate::{IndexFile, PackedScene, Threads, TimedIndex};
@@ -166,16 +166,12 @@ impl Cast {
             self.query != Question::Occluded || (self.points.is_none() && self.normals.is_none()),
             "--query occluded finds no hit points and no normals; ask for --query closest"
         );
-        let files: Vec<&Path> = self.files().chain(self.object_names.as_deref()).collect();
-        for (at, file) in files.iter().enumerate() {
-            check_writable(file)?;
-            ensure!(
-                !files[..at].contains(file),
-                "two outputs would be written to {}",
-                file.display()
-            );
-        }
-        Ok(())
+        let named_files = self.files().chain(self.object_names.as_deref()).map(Path::to_owned);
+        let first = self.files().next().filter(|_| self.query == Question::All);
+        let files = named_files.chain(first.map(|path| named(path, "offsets")));
+        let own = vec![self.rays.clone()];
+        let inputs = [own, self.scene.inputs()?, self.packed.inputs()].concat();
+        check_outputs(&files.collect::<Vec<_>>(), &inputs)
     }
 
     fn answer(

@@ -20,7 +20,7 @@ use crate::density::{
     DiscCounter, Estimate, EstimateWork, Estimator, EstimatorError, Fan, Harvest, LightPiece,
     LightSums, PhotonSource, Receiver,
 };
-use crate::files::output::{check_writable, write_npy};
+use crate::files::output::{check_outputs, write_npy};
 use crate::files::rays;
 use crate::parts::{JobKind, PartSums};
 use crate::photon::Digest;
@@ -102,7 +102,9 @@ impl Irradiance {
     ) -> anyhow::Result<()> {
         let files =
             [&self.out, &self.lighting.estimator.save_map, &self.part.part, &self.part.checkpoint];
-        files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
+        let own = vec![self.points.clone()];
+        let inputs = [own, self.scene.inputs()?, self.lighting.inputs()].concat();
+        check_outputs(files.into_iter().flatten(), &inputs)?;
         let table = rays::load_as(&self.points, &rays::POINTS)?;
         self.lighting.photons.run(|| self.estimate(&table, arguments, team, merged))
     }

@@ -1,5 +1,7 @@
 //! Scene with its lights and an index, for commands that estimate irradiance.
 
+use std::path::PathBuf;
+
 use anyhow::Context;
 use arboleda::IndexKind;
 use clap::Args;
@@ -33,6 +35,14 @@ pub struct LightingArguments {
     index: IndexChoice,
     #[command(flatten)]
     build: BuildArguments,
+}
+
+impl LightingArguments {
+    /// Lists the files that are read beside the scene and the points.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let map = self.estimator.load_map.clone();
+        self.packed.inputs().into_iter().chain(map).collect()
+    }
 }
 
 /// Model with its lights, and an index over its triangles.

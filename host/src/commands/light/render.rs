@@ -19,7 +19,7 @@ use crate::commands::output::{arrow_to, bytes, count, duration, say};
 use crate::density::{
     Bounces, Estimator, Gather, MapEstimator, PhotonMap, PhotonSource, automatic_radius,
 };
-use crate::files::output::check_writable;
+use crate::files::output::check_outputs;
 use crate::parts::{Job, JobKind, PartSums};
 use crate::render::{
     Film, Look, Passes, PictureLight, Progress, Quantity, Range, Sampling, Summary, Unit, paint,
@@ -162,7 +162,8 @@ impl Render {
     ) -> anyhow::Result<()> {
         let map = &self.lighting.estimator.save_map;
         let files = [&self.out, &self.values, map, &self.part.part, &self.part.checkpoint];
-        files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
+        let inputs = [self.scene.inputs()?, self.lighting.inputs()].concat();
+        check_outputs(files.into_iter().flatten(), &inputs)?;
         ensure!(
             self.final_gather.is_none() || self.lighting.estimator.bounces() == Bounces::All,
             "--final-gather shows all light: it cannot be used with --bounces"

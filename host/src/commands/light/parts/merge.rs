@@ -14,7 +14,7 @@ use crate::commands::light::lit_scene::{LightingArguments, print_balance};
 use crate::commands::light::shoot::write_flux;
 use crate::commands::output::{count, say};
 use crate::commands::{Command, parse_recorded};
-use crate::files::output::check_writable;
+use crate::files::output::check_outputs;
 use crate::parts::{JobKind, JobPart, PartFile, PartSums, missing};
 use crate::photon::Digest;
 
@@ -130,7 +130,9 @@ impl Merge {
     pub fn run(&self) -> anyhow::Result<()> {
         let MergeOutputs { out, values, save_map, .. } = &self.outputs;
         let files = [out, values, save_map, &self.part];
-        files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
+        check_outputs(files.into_iter().flatten(), &[])?;
+        // A part may take the place of one that it holds, because it is written whole.
+        check_outputs([out, values, save_map].into_iter().flatten(), &self.parts)?;
         // 1. Check each file. Its sums are dropped, and read again in step 2, so that memory holds those of two.
         let mut files: Vec<(&PathBuf, PartFile)> = Vec::new();
         for path in &self.parts {
@@ -199,7 +201,6 @@ impl Merge {
         if let PartSums::Shot(sums) = &all.sums {
             if let Some(path) = out {
                 write_flux(path, sums.hits.iter().copied(), sums.balance.photon_flux())?;
-                log::info!("photons and flux of each triangle: {}", path.display());
             }
             print_balance(&sums.balance);
             let parts = files.len();

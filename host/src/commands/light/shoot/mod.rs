@@ -21,7 +21,7 @@ use crate::commands::arguments::{BuildArguments, IndexChoice, SceneArguments};
 use crate::commands::light::parts::Team;
 use crate::commands::output::{count, duration, say};
 use crate::density::{PhotonSource, TriangleIrradiance, TriangleLight, first_hits};
-use crate::files::output::check_writable;
+use crate::files::output::check_outputs;
 use crate::photon::{Counting, Emitter, ShootOptions, Shot};
 use crate::report::{Canvas, paint_irradiance};
 use crate::scene::Model;
@@ -103,7 +103,8 @@ impl Shoot {
             &self.part.part,
             &self.part.checkpoint,
         ];
-        files.into_iter().flatten().try_for_each(|path| check_writable(path))?;
+        let inputs = [self.scene.inputs()?, self.packed.inputs()].concat();
+        check_outputs(files.into_iter().flatten(), &inputs)?;
         let (model, packed) = match self.packed.open()? {
             Some(PackedScene { model, index, .. }) => (model, Some(index)),
             None => (self.scene.load()?, None),
