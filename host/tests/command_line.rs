@@ -184,6 +184,23 @@ fn outputs_are_other_files_than_inputs_and_each_other() {
 }
 
 #[test]
+fn a_range_of_photons_is_for_a_part() {
+    let folder = folder();
+    program::write_rays(&folder.path().join("p.npy"), &[[0.0_f32, 0.0, 0.0, 0.0, 0.0, 1.0]]);
+    for line in [
+        "shoot --scene fig2",
+        "shoot --scene fig2 --out a.npy",
+        "irradiance --scene fig2 --points p.npy --out a.npy",
+        "render --scene fig2 --out a.png",
+    ] {
+        let line = format!("{line} --photons 10 --photon-range 0..5");
+        let said = failure(&program::command_line(folder.path(), &line).output().unwrap());
+        assert!(said.contains("--part"), "{line}\n{said}");
+    }
+    assert_eq!(names(folder.path()), ["p.npy"]);
+}
+
+#[test]
 fn files_are_written_only_where_asked() {
     let folder = folder();
     let (_, said) = success(&run_in(folder.path(), &with_scene("inspect", &["--index", "bvh"])));

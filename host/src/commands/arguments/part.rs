@@ -35,6 +35,18 @@ impl PartArguments {
     pub const NONE: Self =
         Self { part: None, photon_range: None, checkpoint: None, checkpoint_every: 300.0 };
 
+    /// Refuses a range without a part. `requires` of clap does not, if an option is given that excludes --part.
+    ///
+    /// # Errors
+    /// If the result itself is wanted, but not of all photons.
+    pub fn check(&self) -> anyhow::Result<()> {
+        ensure!(
+            self.photon_range.is_none() || self.part.is_some(),
+            "--photon-range is for --part: a result is of all photons"
+        );
+        Ok(())
+    }
+
     /// Tells whether the photons are to be shot for a part, a checkpoint, or by several processes.
     pub fn in_parts(&self, team: Team) -> bool {
         self.part.is_some() || self.checkpoint.is_some() || team != Team::Alone

@@ -105,6 +105,7 @@ impl Irradiance {
         let own = vec![self.points.clone()];
         let inputs = [own, self.scene.inputs()?, self.lighting.inputs()].concat();
         check_outputs(files.into_iter().flatten(), &inputs)?;
+        self.part.check()?;
         let table = rays::load_as(&self.points, &rays::POINTS)?;
         self.lighting.photons.run(|| self.estimate(&table, arguments, team, merged))
     }

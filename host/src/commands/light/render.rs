@@ -164,6 +164,7 @@ impl Render {
         let files = [&self.out, &self.values, map, &self.part.part, &self.part.checkpoint];
         let inputs = [self.scene.inputs()?, self.lighting.inputs()].concat();
         check_outputs(files.into_iter().flatten(), &inputs)?;
+        self.part.check()?;
         ensure!(
             self.final_gather.is_none() || self.lighting.estimator.bounces() == Bounces::All,
             "--final-gather shows all light: it cannot be used with --bounces"

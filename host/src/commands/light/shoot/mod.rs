@@ -105,6 +105,7 @@ impl Shoot {
         ];
         let inputs = [self.scene.inputs()?, self.packed.inputs()].concat();
         check_outputs(files.into_iter().flatten(), &inputs)?;
+        self.part.check()?;
         let (model, packed) = match self.packed.open()? {
             Some(PackedScene { model, index, .. }) => (model, Some(index)),
             None => (self.scene.load()?, None),
