@@ -43,7 +43,17 @@ pub fn load(path: &Path, origin: Origin) -> Result<Model, SceneError> {
 pub fn read_file(path: &Path) -> Result<Surface, SceneError> {
     let bytes =
         fs::read(path).map_err(|source| SceneError::Unreadable { file: path.into(), source })?;
-    read(&bytes, path, &|companion| fs::read(companion))
+    read(&bytes, path, &read_companion)
+}
+
+/// Reads a file that a scene file names. The scene may come from someone else, so a pipe or a device, which may never
+/// end, is refused.
+fn read_companion(path: &Path) -> io::Result<Vec<u8>> {
+    if fs::metadata(path)?.is_file() {
+        fs::read(path)
+    } else {
+        Err(io::Error::other("it is not a regular file"))
+    }
 }
 
 /// Reads the bytes of a scene file of any known format.

@@ -73,6 +73,13 @@ pub fn read(bytes: &[u8], name: &Path) -> Result<Surface, SceneError> {
     }
 
     // 3. Checks of the whole file. Faces may precede the vertices, so corners are checked here.
+    let rest = match header.encoding {
+        Encoding::Ascii => reader.get_mut().trim_ascii(),
+        _ => *reader.get_mut(),
+    };
+    if !rest.is_empty() {
+        surface.warn(format_args!("{} bytes after the last element ignored", rest.len()));
+    }
     if surface.face_count() == 0 {
         return Err(SceneError::NoFaces {
             file: name.into(),
@@ -269,6 +276,9 @@ mod tests {
             .map(|triangle| triangle.normal().length() / 2.0)
             .collect();
         assert_eq!((areas.len(), areas[0] + areas[1], areas[2]), (3, 6.0, 8.0));
+        let longer = import((text.clone() + "3 0 1 2 0.5\n\n").as_bytes()).unwrap();
+        assert_eq!(longer.model, expected.model);
+        assert_eq!(longer.warnings[0], "test.ply: 11 bytes after the last element ignored");
         for ending in ["\r\n", "\r"] {
             let text = text.replace('\n', ending);
             assert_eq!(import(text.as_bytes()).unwrap().model, expected.model);
@@ -295,7 +305,13 @@ mod tests {
                     bytes.extend(if big { quality.to_be_bytes() } else { quality.to_le_bytes() });
                 }
             }
-            assert_eq!(import(&bytes).unwrap().model, expected.model, "{format}");
+            let read = import(&bytes).unwrap();
+            assert_eq!(
+                (read.model, read.warnings),
+                (expected.model.clone(), expected.warnings.clone())
+            );
+            let longer = import(&[&bytes[..], &[0]].concat()).unwrap();
+            assert_eq!(longer.warnings[0], "test.ply: 1 bytes after the last element ignored");
             // A file cut off anywhere is an error.
             for end in 0..bytes.len() {
                 assert!(import(&bytes[..end]).is_err());

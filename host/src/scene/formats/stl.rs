@@ -104,6 +104,7 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
     let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
     let mut name = String::new();
     let mut is_begun = false;
+    let mut is_ended = false;
     for (number, line) in (1..).zip(lines(text)) {
         let wrong = |surface: &Surface, problem: &dyn std::fmt::Display| {
             surface.malformed(format!("line {number}"), problem)
@@ -113,9 +114,12 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
             match word.to_ascii_lowercase().as_str() {
                 "solid" => {
                     name = words.by_ref().collect::<Vec<_>>().join(" ");
-                    is_begun = false;
+                    (is_begun, is_ended) = (false, false);
                 }
-                "endsolid" => words.by_ref().for_each(drop),
+                "endsolid" => {
+                    words.by_ref().for_each(drop);
+                    is_ended = true;
+                }
                 "vertex" => {
                     let mut corner = [0.0; 3];
                     for coordinate in &mut corner {
@@ -151,10 +155,13 @@ fn read_text(text: &str, surface: &mut Surface) -> Result<(), SceneError> {
             }
         }
     }
-    if corners.is_empty() {
-        return Ok(());
+    if !corners.is_empty() {
+        return Err(surface.malformed("end of the file", "a facet is not ended"));
     }
-    Err(surface.malformed("end of the file", "a facet is not ended"))
+    if !is_ended {
+        surface.warn(format_args!("there is no `endsolid` at its end: is it cut off?"));
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -184,11 +191,16 @@ mod tests {
 
     #[test]
     fn text_and_binary() {
-        let model = import(TEXT.as_bytes()).unwrap().model;
+        let Import { model, warnings, .. } = import(TEXT.as_bytes()).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
         assert_eq!(model.object_names, ["a part", "unnamed"]);
         assert_eq!((model.objects.as_slice(), model.triangles[1].b.z), (&[0, 1][..], 1.0));
         let macintosh = import(TEXT.replace('\n', "\r").as_bytes()).unwrap().model;
         assert_eq!(macintosh, model);
+        let (whole, _) = TEXT.rsplit_once("ENDSOLID").unwrap();
+        let cut = import(whole.as_bytes()).unwrap();
+        assert_eq!(cut.model, model);
+        assert_eq!(cut.warnings, ["test.stl: there is no `endsolid` at its end: is it cut off?"]);
         // The second heading looks like text.
         for heading in ["", "solid facet"] {
             let triangle = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];

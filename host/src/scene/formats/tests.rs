@@ -116,3 +116,24 @@ fn damaged_files_are_errors_or_scenes_but_never_panics() {
         for_each_damaged(&good, 5_000, |bytes| drop(place(bytes, name)));
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_that_a_scene_names_are_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let obj = write("a.obj", "mtllib /dev/zero\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let import = read_file(&obj).unwrap().place(Origin::Unchanged).unwrap();
+    let expected = "cannot read the material file /dev/zero: it is not a regular file";
+    assert!(import.warnings.iter().any(|it| it.contains(expected)), "{:?}", import.warnings);
+    let gltf = write(
+        "a.gltf",
+        r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":36,"uri":"/dev/zero"}]}"#,
+    );
+    let error = read_file(&gltf).err().unwrap().to_string();
+    assert!(error.ends_with("cannot read /dev/zero: it is not a regular file"), "{error}");
+}

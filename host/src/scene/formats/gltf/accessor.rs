@@ -40,9 +40,11 @@ fn read<T: Item>(accessor: Accessor<'_>, buffers: &Buffers<'_>) -> Result<Vec<T>
     }
     // The ranges of all numbers are checked first, so a count is never larger than the file.
     let view = accessor.view().ok_or_else(|| {
-        format!(
-            "accessor {number} has no buffer view; compressed meshes (Draco, meshopt) are not read"
-        )
+        let cause = match accessor.sparse() {
+            Some(_) => "numbers that are all sparse",
+            None => "compressed meshes (Draco, meshopt)",
+        };
+        format!("accessor {number} has no buffer view; {cause} are not read")
     })?;
     check(&view, accessor.offset(), accessor.count(), size_of::<T>(), buffers)
         .ok_or_else(|| format!("accessor {number} reaches beyond its buffer view"))?;
