@@ -120,6 +120,7 @@ fn wrong_options_of_estimates_are_refused_by_name() {
         ("--max-radius 9", "--max-radius is for the k nearest"),
         ("--save-map m", "detp stores no photons"),
         ("--normal-angle 91", "must be 0 to 90"),
+        ("--normal-angle 9", "--normal-angle is for photon maps"),
         ("--beyond nan", "must be 0 to 1000"),
         ("--index all", "--index all is for comparisons"),
         ("--light 0,0,1,1,0,0,0,1,0,0", "FLUX is 0"),
@@ -162,6 +163,9 @@ fn photon_maps_are_kept_and_used_again() {
     let all = words.replace("s.obj --up z", "--scene fig2") + " --out e.npy --load-map m.map";
     let said = failure(&run_in(folder.path(), &arguments(&all, &[])));
     assert!(said.contains("those of another scene"), "{said}");
+    let all = words.replace("--photons 5000", "") + " --out e.npy --load-map m.map";
+    let said = failure(&run_in(folder.path(), &arguments(&all, &[])));
+    assert!(said.contains("m.map was shot with 5000 photons, not 1000000"), "{said}");
 }
 
 #[test]
@@ -213,6 +217,8 @@ fn wrong_options_of_pictures_are_refused_by_name() {
         ("--eye 0,0,9 --fov 180", "must be 1 to 170"),
         ("--exposure 0", "must be finite and above 0"),
         ("--log 2", "--false-colour"),
+        ("--exposure 2 --false-colour", "cannot be used with"),
+        ("--efficacy 100", "--unit"),
         ("--values v.tif", "the name must end in .exr or .pfm"),
         ("--size 63 64", "must be 64 to 8192"),
         ("--passes 0", "must be 1 to"),

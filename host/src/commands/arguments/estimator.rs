@@ -41,12 +41,13 @@ pub struct EstimatorArguments {
     #[arg(long, value_enum)]
     kernel: Option<KernelName>,
     /// Largest angle in degrees, 0 to 90, between the surface of a photon and that of the point (photon map)
-    #[arg(long, value_name = "DEG", default_value_t = 10.0, value_parser = number(0.0..=90.0))]
-    normal_angle: f32,
+    /// [default: 10]
+    #[arg(long, value_name = "DEG", value_parser = number(0.0..=90.0))]
+    normal_angle: Option<f32>,
     /// Part of the light that counts
     #[arg(long, value_enum, default_value_t = BouncesName::All)]
     bounces: BouncesName,
-    /// Read the photons from a file that `--save-map` wrote, instead of shooting them
+    /// Read the photons from a file that `--save-map` wrote, instead of shooting them. --photons must be their number
     #[arg(long, value_name = "FILE", conflicts_with_all = ["part", "checkpoint"])]
     pub load_map: Option<PathBuf>,
     /// Write the photon map, to use it again for the same scene
@@ -119,6 +120,10 @@ impl EstimatorArguments {
         }
     }
 
+    fn normal_angle(&self) -> f32 {
+        self.normal_angle.unwrap_or(10.0)
+    }
+
     /// Lists what estimates depend on beside their photons, each with a name: an estimator that these arguments gave,
     /// and the light that counts.
     pub fn described(&self, estimator: &Estimator) -> Vec<(String, String)> {
@@ -139,7 +144,7 @@ impl EstimatorArguments {
                         all.push(("largest radius", max_radius.to_string()));
                     }
                 }
-                all.push(("--normal-angle", self.normal_angle.to_string()));
+                all.push(("--normal-angle", self.normal_angle().to_string()));
                 (*kernel, *domain)
             }
         };
@@ -181,6 +186,7 @@ impl EstimatorArguments {
                     self.max_radius.is_none(),
                     "--max-radius is for the k nearest of a photon map"
                 );
+                ensure!(self.normal_angle.is_none(), "--normal-angle is for photon maps");
                 self.refuse_map_files()?;
                 let beyond = self.beyond;
                 Estimator::TangentPlane(TangentPlane { radius: fixed(), beyond, kernel, domain })
@@ -202,7 +208,7 @@ impl EstimatorArguments {
                     let usual = || (4.0 * automatic_radius(source, k as f64)).min(f32::MAX);
                     Gather::Nearest { k, max_radius: self.max_radius.unwrap_or_else(usual) }
                 };
-                let facing = Facing::within_degrees(self.normal_angle);
+                let facing = Facing::within_degrees(self.normal_angle());
                 Estimator::PhotonMap(MapEstimator { gather, facing, kernel }, domain)
             }
         };

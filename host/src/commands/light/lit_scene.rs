@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use arboleda::IndexKind;
 use clap::Args;
 
@@ -137,12 +137,13 @@ impl LitScene {
         arguments: &EstimatorArguments,
         harvest: Option<Harvest>,
     ) -> anyhow::Result<LightField<'s>> {
-        let light = match (harvest, self.load_map(arguments)?) {
+        let photons = source.photons.end - source.photons.start;
+        let light = match (harvest, self.load_map(arguments, photons)?) {
             (Some(harvest), _) => Light::Harvest(harvest),
             (None, Some(map)) => Light::Map(map),
             (None, None) => Light::Shot,
         };
-        let bar = photon_bar(source.photons.end - source.photons.start, "photon map");
+        let bar = photon_bar(photons, "photon map");
         let progress = |photons| bar.inc(photons);
         let field = LightField::new(source.clone(), *estimator, self.disc_kind, light, &progress)?;
         bar.finish_and_clear();
@@ -152,13 +153,25 @@ impl LitScene {
         Ok(field)
     }
 
-    /// Reads the photon map of `--load-map`, if it is given.
+    /// Reads the photon map of `--load-map`, if it is given, for estimates by `photons` photons.
     ///
     /// # Errors
-    /// If the file cannot be read, or is not a photon map of this scene.
-    pub fn load_map(&self, arguments: &EstimatorArguments) -> anyhow::Result<Option<PhotonMap>> {
+    /// If the file cannot be read, or is not a photon map of this scene. If it has another number of photons, because
+    /// radii and numbers of nearest photons were chosen for `photons`.
+    pub fn load_map(
+        &self,
+        arguments: &EstimatorArguments,
+        photons: u64,
+    ) -> anyhow::Result<Option<PhotonMap>> {
         let Some(path) = &arguments.load_map else { return Ok(None) };
-        Ok(Some(during("reading the photon map", || PhotonMap::load(path, &self.model))?))
+        let map = during("reading the photon map", || PhotonMap::load(path, &self.model))?;
+        let shot = map.balance().emitted;
+        ensure!(
+            shot == photons,
+            "{} was shot with {shot} photons, not {photons}: give --photons {shot}",
+            path.display()
+        );
+        Ok(Some(map))
     }
 
     /// Writes a photon map to the file of `--save-map`, if it is given.

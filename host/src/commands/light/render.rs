@@ -64,7 +64,8 @@ pub struct Render {
     #[arg(long, value_enum, default_value_t = QuantityName::Radiance)]
     quantity: QuantityName,
     /// Factor of natural colours; a value of 1 is white then
-    #[arg(long, value_name = "X|auto", default_value = "auto", value_parser = positive_or_auto)]
+    #[arg(long, value_name = "X|auto", default_value = "auto", value_parser = positive_or_auto,
+        conflicts_with = "false_colour")]
     exposure: PositiveOrAuto,
     /// Show values as colours, with a legend
     #[arg(long)]
@@ -80,7 +81,7 @@ pub struct Render {
     #[arg(long, value_enum, default_value_t = UnitName::W)]
     unit: UnitName,
     /// Lumens of a watt, for lux; 179 is that of Radiance
-    #[arg(long, value_name = "LM", default_value_t = 179.0, value_parser = number(1e-3..=683.0))]
+    #[arg(long, value_name = "LM", default_value_t = 179.0, value_parser = number(1e-3..=683.0), requires = "unit")]
     efficacy: f32,
     /// Gather indirect light by N rays from each point, 2 to 4096, and estimate at their ends: smoother, but N times
     /// the estimates
@@ -208,7 +209,10 @@ impl Render {
                     return Ok(());
                 }
             }
-            passes.light = match (merged, lit.load_map(&self.lighting.estimator)?) {
+            passes.light = match (
+                merged,
+                lit.load_map(&self.lighting.estimator, self.lighting.photons.photons)?,
+            ) {
                 (Some(merged), _) => PictureLight::Sums(merged.light(&self.job(&lit, &passes)?)?),
                 (None, Some(map)) => PictureLight::Map(map),
                 (None, None) => PictureLight::Shot,
