@@ -214,6 +214,7 @@ fn wrong_options_of_pictures_are_refused_by_name() {
         ("--look-at 0,0,0", "--eye"),
         ("--eye 0,0,0 --look-at 0,0,0", "the camera has no direction"),
         ("--eye 0,0,9 --look-at 0,0,0 --up z", "straight above or below"),
+        ("--eye 0,0,1e30 --look-at 0,9,0", "or too far away"),
         ("--eye 0,0,9 --fov 180", "must be 1 to 170"),
         ("--exposure 0", "must be finite and above 0"),
         ("--log 2", "--false-colour"),
@@ -232,6 +233,12 @@ fn wrong_options_of_pictures_are_refused_by_name() {
         assert!(said.contains(message), "{more}\n{said}");
     }
     assert!(names(folder.path()).is_empty());
+    // Its diagonal is no f32.
+    let large = "v -3e38 0 0\nv 3e38 0 0\nv 0 3e38 0\nf 1 2 3\n";
+    fs::write(folder.path().join("large.obj"), large).unwrap();
+    let words = "render large.obj --out p.png --photons 10 --size 64 64";
+    let said = failure(&run_in(folder.path(), &arguments(words, &[])));
+    assert!(said.contains("too large for a camera"), "{said}");
     let words = "render --scene fig2 --out p.png --photons 0 --size 64 64";
     let (_, said) = success(&run_in(folder.path(), &arguments(words, &[])));
     assert!(said.contains("no photons: the scene is dark"), "{said}");

@@ -267,13 +267,20 @@ impl Render {
     fn camera(&self, source: &PhotonSource<'_>) -> anyhow::Result<Camera> {
         let model = source.model;
         let (up, size) = (self.scene.up.vector(model), (self.size[0], self.size[1]));
-        let Some(eye) = self.eye else { return Ok(viewpoint(source, up, size)) };
+        let Some(eye) = self.eye else {
+            let camera = viewpoint(source, up, size);
+            let middle = camera.ray(size.0 as f32 * 0.5, size.1 as f32 * 0.5);
+            middle.context(
+                "the scene is too large for a camera that sees all of it: give it one with --eye, or scale it down",
+            )?;
+            return Ok(camera);
+        };
         let place = |point: [f64; 3]| {
             Vec3::from_array([0, 1, 2].map(|axis| (point[axis] - model.origin[axis]) as f32))
         };
         let look_at = self.look_at.map_or(model.bounds().centre(), place);
         Camera::at(place(eye), look_at, up, self.fov, size).context(
-            "the camera has no direction: --look-at is at the eye, or straight above or below it",
+            "the camera has no direction: --look-at is at the eye, or straight above or below it, or too far away",
         )
     }
 
