@@ -15,7 +15,7 @@ use super::pack::describe_file;
 use crate::TimedIndex;
 use crate::benchmark::harness::progress::during;
 use crate::files::output::check_writable;
-use crate::report::Canvas;
+use crate::report::{Canvas, four_decimals};
 use crate::scene::{Census, Model};
 
 /// Most clusters with a row of their own in the table.
@@ -161,13 +161,13 @@ fn cluster_table(model: &Model, clusters: &Clusters<'_>) -> comfy_table::Table {
         let bounds = ids
             .iter()
             .fold(Aabb::EMPTY, |all, &id| all.union(model.triangles[id as usize].bounds()));
-        let [x, y, z] = bounds.extent();
+        let [x, y, z] = bounds.extent().map(four_decimals);
         let object = model.objects[ids[0] as usize] as usize;
         rows.add_row([
             number.to_string(),
             clusters.classes()[number].to_string(),
             count(ids.len() as u64),
-            format!("{x:.4} x {y:.4} x {z:.4}"),
+            format!("{x} x {y} x {z}"),
             model.object_names.get(object).cloned().unwrap_or_default(),
         ]);
     }

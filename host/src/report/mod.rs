@@ -20,6 +20,6 @@ pub use camera::{Camera, UpAxis};
 pub use canvas::Canvas;
 pub use colour::{Colour, cluster_colour, heat};
 pub use legend::{ColourScale, draw_legend};
-pub(crate) use number::short_number;
+pub(crate) use number::{four_decimals, short_number};
 pub(crate) use picture::{NIGHT, has_room_for_text};
 pub use picture::{paint_clusters, paint_irradiance};

@@ -1,8 +1,11 @@
 //! Numbers in few characters, for axes, tables and pictures.
 
-/// Writes a number in few characters: 12k, 0.5, 3M.
+/// Writes a number in few characters: 12k, 0.5, 3M; from 10^13 with an exponent.
 pub fn number(value: f64) -> String {
     let size = value.abs();
+    if size >= 1e13 {
+        return format!("{value:.2e}");
+    }
     let (value, unit) = match size {
         1e9.. => (value / 1e9, "G"),
         1e6.. => (value / 1e6, "M"),
@@ -26,6 +29,12 @@ pub fn short_number(value: f64) -> String {
     if value != 0.0 && value.abs() < 0.01 { format!("{value:.1e}") } else { number(value) }
 }
 
+/// Writes a number with four decimals, or with an exponent where those would show nothing or digits that are none.
+pub fn four_decimals(value: f64) -> String {
+    let is_plain = value == 0.0 || (1e-3..1e9).contains(&value.abs());
+    if is_plain { format!("{value:.4}") } else { format!("{value:.4e}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,5 +46,8 @@ mod tests {
         for (value, text) in cases.into_iter().chain([(2.5e6, "2.5M"), (-40.0, "-40")]) {
             assert_eq!(number(value), text);
         }
+        assert_eq!((number(1e12), number(3e38)), ("1000G".into(), "3.00e38".into()));
+        let decimals = [0.0, 0.5, 2e-31, 1e30].map(four_decimals);
+        assert_eq!(decimals, ["0.0000", "0.5000", "2.0000e-31", "1.0000e30"]);
     }
 }

@@ -24,6 +24,7 @@ use crate::files::output::{check_outputs, write_npy};
 use crate::files::rays;
 use crate::parts::{JobKind, PartSums};
 use crate::photon::Digest;
+use crate::report::four_decimals;
 
 /// Estimate the irradiance at points of a NumPy file
 ///
@@ -200,9 +201,9 @@ impl Irradiance {
             );
         }
         say!(
-            "{} points, radius {:.4}, {}; {}, {} estimates/s{}",
+            "{} points, radius {}, {}; {}, {} estimates/s{}",
             count(rows.len() as u64),
-            estimator.radius(),
+            four_decimals(estimator.radius().into()),
             bytes(memory),
             duration(seconds),
             count((estimates.len() as f64 / seconds) as u64),

@@ -17,6 +17,7 @@ use crate::commands::output::{count, say};
 use crate::density::{Estimator, Harvest, Light, LightField, PhotonMap, PhotonSource};
 use crate::parts::{Job, JobKind};
 use crate::photon::Balance;
+use crate::report::four_decimals;
 use crate::scene::Model;
 use crate::{PackedScene, Threads};
 
@@ -188,7 +189,7 @@ impl LitScene {
 
 /// Prints where the light went: every photon is absorbed, escapes, or is given up.
 pub fn print_balance(balance: &Balance) {
-    let watts = |photons: u64| photons as f64 * balance.photon_flux();
+    let watts = |photons: u64| four_decimals(photons as f64 * balance.photon_flux());
     say!(
         "{} photons of {:.4e} W, {} rays, {} hits",
         count(balance.emitted),
@@ -197,7 +198,7 @@ pub fn print_balance(balance: &Balance) {
         count(balance.hits)
     );
     say!(
-        "energy: {:.4} W emitted = {:.4} absorbed + {:.4} escaped + {:.4} cut off + {:.4} refused",
+        "energy: {} W emitted = {} absorbed + {} escaped + {} cut off + {} refused",
         watts(balance.emitted),
         watts(balance.absorbed),
         watts(balance.escaped),
