@@ -57,15 +57,16 @@ struct Header {
 pub(crate) const HEADER_BYTES: usize = size_of::<Header>();
 
 impl Header {
-    /// Reads the header, and checks alignment, magic number, byte order and version.
+    /// Reads the header, and checks length, alignment, magic number, byte order and version.
     fn read(bytes: &[u8]) -> Result<Self, OpenError> {
-        if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
-            return Err(OpenError::Misaligned);
-        }
+        // The length comes first: no bytes lie anywhere.
         let header: Self = bytes
             .get(..size_of::<Self>())
             .and_then(|bytes| bytemuck::try_pod_read_unaligned(bytes).ok())
             .ok_or(OpenError::Truncated)?;
+        if !bytes.as_ptr().addr().is_multiple_of(ALIGNMENT) {
+            return Err(OpenError::Misaligned);
+        }
         match (header.magic, header.byte_order) {
             (MAGIC, BYTE_ORDER) => {}
             (magic, order) if magic.swap_bytes() == MAGIC && order.swap_bytes() == BYTE_ORDER => {

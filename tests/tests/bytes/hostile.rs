@@ -3,7 +3,7 @@
 //! `from_bytes` must not panic, and an index that it accepts must be safe to query. `arboleda_tests::checks::hostile` defines
 //! "safe".
 
-use arboleda::{IndexKind, Level, OpenError, Options, Scene, Vec3};
+use arboleda::{AnyIndex, IndexKind, Level, OpenError, Options, Scene, Vec3};
 use arboleda_tests::build::Built;
 use arboleda_tests::checks::hostile::{
     self, is_harmless, offset_in, small_options, some_rays, two_lattices, with_words,
@@ -325,6 +325,15 @@ fn misaligned_memory_is_an_error() {
                 assert_eq!(error, Some(arboleda::BuildError::Misaligned), "{}", kind.name());
             }
         }
+    }
+}
+
+#[test]
+fn fewer_bytes_than_a_header_are_cut_short_wherever_they_lie() {
+    let bytes = [0; 63];
+    for length in [0, 1, 62] {
+        let error = AnyIndex::from_bytes(&bytes[1..=length]).err();
+        assert_eq!(error, Some(OpenError::Truncated), "{length} bytes");
     }
 }
 
