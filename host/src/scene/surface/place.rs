@@ -61,7 +61,7 @@ impl Surface {
             .collect();
 
         // 2. Faces, in order, with the object and material of their part.
-        let (mut not_finite, mut crossing) = (0, 0);
+        let (mut not_finite, mut crossing, mut dark) = (0, 0, 0);
         let mut first_not_finite = None;
         let mut divider = Divider::default();
         let mut corners = Vec::new();
@@ -86,7 +86,9 @@ impl Surface {
                 let [a, b, c] = ids.map(|id| corners[id]);
                 let triangle = Triangle::new(a, b, c);
                 // A triangle without area emits nothing.
-                if material.emits() && has_area(&triangle) {
+                let is_lamp = material.emits();
+                dark += u32::from(is_lamp && !has_area(&triangle));
+                if is_lamp && has_area(&triangle) {
                     let id = model.triangles.len() as u32;
                     let radiance = material.radiance;
                     model.emitters.push(FaceLight {
@@ -120,6 +122,9 @@ impl Surface {
             self.warn(format_args!(
                 "{crossing} polygons cross themselves; each was divided into a fan from its first corner"
             ));
+        }
+        if dark > 0 {
+            self.warn(format_args!("{dark} triangles of lamps have no area, and emit nothing"));
         }
         if let Some(loss) = loss {
             loss.add(&self, model.origin);

@@ -361,6 +361,7 @@ fn emitting_faces_have_the_flux_of_their_radiance() {
     let none =
         with_materials(&format!("mtllib a.mtl\n{SQUARE}usemtl a\nf 1 1 2\n"), "newmtl a\nKe 9\n");
     assert!(none.model.emitters.is_empty());
+    assert_eq!(none.warnings, ["test.obj: 1 triangles of lamps have no area, and emit nothing"]);
     assert_eq!(none.model.with_default_light(crate::scene::UpAxis::Y).lights.len(), 1);
 }
 
