@@ -94,10 +94,10 @@ pub(super) fn reduce(
         let line = line.trim();
         let (keyword, arguments) =
             line.split_once(char::is_whitespace).map_or((line, ""), |(k, a)| (k, a.trim()));
-        let mut refuse = |kind: &str, instead: &str| {
+        let mut refuse = |kind: &str, range: &str, instead: &str| {
             let file = file.display();
             warnings.push(format!(
-                "{file}, line {number}: `{line}` is not a {kind} of 1 or 3 numbers; {instead}"
+                "{file}, line {number}: `{line}` is not a {kind} of 1 or 3 numbers {range}; {instead}"
             ));
             Ok(())
         };
@@ -108,11 +108,17 @@ pub(super) fn reduce(
             }
             ("Kd", Some(_)) => match colour(arguments, -MOST_DIFFUSE, MOST_DIFFUSE) {
                 Some([red, green, blue]) => writeln!(reduced, "Kd {red} {green} {blue}"),
-                None => refuse("colour", &format!("reflectance {DEFAULT_REFLECTANCE} instead")),
+                None => refuse(
+                    "colour",
+                    &format!("from -{MOST_DIFFUSE:e} to {MOST_DIFFUSE:e}"),
+                    &format!("reflectance {DEFAULT_REFLECTANCE} instead"),
+                ),
             },
             ("Ke", Some(_)) => match colour(arguments, 0.0, MOST_RADIANCE) {
                 Some([red, green, blue]) => writeln!(reduced, "Ke {red} {green} {blue}"),
-                None => refuse("radiance", "it emits nothing"),
+                None => {
+                    refuse("radiance", &format!("from 0 to {MOST_RADIANCE:e}"), "it emits nothing")
+                }
             },
             (_, Some(material)) => {
                 material.note(keyword, arguments);
@@ -173,7 +179,7 @@ mod tests {
         assert_eq!(warnings.len(), 8);
         assert_eq!(
             warnings[0],
-            "x.mtl, line 3: `Ke 1 2` is not a radiance of 1 or 3 numbers; it emits nothing"
+            "x.mtl, line 3: `Ke 1 2` is not a radiance of 1 or 3 numbers from 0 to 1e12; it emits nothing"
         );
     }
 }
