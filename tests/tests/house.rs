@@ -163,6 +163,11 @@ fn code(folder: &Path) -> BTreeMap<PathBuf, String> {
     code
 }
 
+/// Tells whether a letter is none of a name.
+fn ends_name(letter: char) -> bool {
+    !letter.is_alphanumeric() && letter != '_'
+}
+
 /// Returns the name of the type that a line declares. Types of traits and of their implementations are indented, as
 /// aliases never are.
 fn declared(line: &str) -> Option<&str> {
@@ -174,7 +179,7 @@ fn declared(line: &str) -> Option<&str> {
     let (keyword, name) = item.trim_start_matches("unsafe ").split_once(' ')?;
     let is_type = ["struct", "enum", "trait", "union"].contains(&keyword);
     let is_alias = keyword == "type" && !line.starts_with(' ');
-    let end = name.find(|letter: char| !letter.is_alphanumeric() && letter != '_');
+    let end = name.find(ends_name);
     let name = &name[..end.unwrap_or(name.len())];
     ((is_type || is_alias) && !name.is_empty()).then_some(name)
 }
@@ -204,7 +209,7 @@ fn first_names<'t>(text: &'t str, start: &str) -> Vec<&'t str> {
         for (at, letter) in path.char_indices() {
             if begins && (letter.is_alphabetic() || letter == '_') && depth <= 1 {
                 let rest = &path[at..];
-                let end = rest.find(|letter: char| !letter.is_alphanumeric() && letter != '_');
+                let end = rest.find(ends_name);
                 names.push(&rest[..end.unwrap_or(rest.len())]);
             }
             depth += i32::from(letter == '{') - i32::from(letter == '}');
@@ -250,11 +255,7 @@ fn the_core_uses_only_what_lies_below() {
     let public = code[&folder.join("lib.rs")].split(';').filter_map(|item| {
         let (room, names) = item.rsplit_once("pub use ")?.1.split_once("::")?;
         floors.iter().find(|floor| *floor == room)?;
-        Some(
-            names
-                .split(|letter: char| !letter.is_alphanumeric() && letter != '_')
-                .map(move |name| (name, room)),
-        )
+        Some(names.split(ends_name).map(move |name| (name, room)))
     });
     let public: BTreeMap<&str, &str> = public.flatten().collect();
     let mut up = BTreeMap::<(String, String), BTreeSet<String>>::new();

@@ -760,8 +760,8 @@ arb_status arb_scratch_bytes(uint32_t kind,
  * Measures what a build takes, by a build that only counts: the exact bytes of the index, and the steps. Cost: that of
  * the build.
  *
- * `kind`, `mesh` and `options` are those of arb_build. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes
- * as arb_scratch_bytes says.
+ * `kind`, `mesh` and `options` are those of arb_build. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as
+ * many bytes as arb_scratch_bytes says.
  *
  * Errors: those of arb_build but ARB_INDEX_MEMORY_TOO_SMALL.
  */
@@ -882,8 +882,8 @@ arb_status arb_piecewise_join(struct arb_piecewise_build *build,
 /**
  * Makes the next piece of the index.
  *
- * - `room`: NULL if `room_bytes` is 0, or starts at a multiple of ARB_ALIGNMENT bytes. Most pieces are made there: the words of a cluster, or as many
- *   triangles as fit, 36 bytes each. What lay there before is lost.
+ * - `room`: NULL if `room_bytes` is 0, or starts at a multiple of ARB_ALIGNMENT bytes. Most pieces are made there: the
+ *   words of a cluster, or as many triangles as fit, 36 bytes each. What lay there before is lost.
  * - `piece`: receives the bytes, and where they belong. They are valid until the next call. If there are no more, its
  *   byte_count is 0, and the build is over.
  *

@@ -216,7 +216,7 @@ pub struct Kept<T> {
     mark: u64,
     /// The address of this. A copy elsewhere is no build: two would use the same scratch.
     address: usize,
-    /// What the build borrows: no output of a later call may overlap it.
+    /// Regions that the build borrows: no output of a later call may overlap them.
     pub borrowed: [Region; 6],
     /// The build.
     pub value: T,

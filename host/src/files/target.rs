@@ -1,4 +1,4 @@
-//! Where an output goes: into a stream, or into a file that a temporary one beside it replaces.
+//! Target of an output: a stream, or a file that a temporary one beside it replaces.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};

@@ -52,7 +52,7 @@ impl SceneFiles {
     /// Lists the paths of files that are named, as [`list`](Self::list) does, without a warning.
     ///
     /// # Errors
-    /// Those of [`list`](Self::list).
+    /// The errors of [`list`](Self::list).
     pub fn paths_of(named: &[PathBuf]) -> Result<Vec<PathBuf>, SceneError> {
         let mut paths = Vec::new();
         for path in named {

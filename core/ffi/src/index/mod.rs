@@ -6,7 +6,7 @@ mod sliced;
 use core::ffi::c_void;
 use core::ptr::null_mut;
 
-use arboleda::{AnyIndex, Block};
+use arboleda::{AnyIndex, Block, Options, Scene};
 
 use crate::error::{Failure, arb_error, arb_status, reported, status_of};
 use crate::kind;
@@ -101,8 +101,8 @@ pub unsafe extern "C" fn arb_scratch_bytes(
 /// Measures what a build takes, by a build that only counts: the exact bytes of the index, and the steps. Cost: that of
 /// the build.
 ///
-/// `kind`, `mesh` and `options` are those of arb_build. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as many bytes
-/// as arb_scratch_bytes says.
+/// `kind`, `mesh` and `options` are those of arb_build. `scratch` starts at a multiple of ARB_ALIGNMENT bytes, and has as
+/// many bytes as arb_scratch_bytes says.
 ///
 /// Errors: those of arb_build but ARB_INDEX_MEMORY_TOO_SMALL.
 #[unsafe(no_mangle)]
@@ -164,15 +164,44 @@ pub unsafe extern "C" fn arb_build(
     let caller = unsafe { Caller::promises() };
     fill(caller, index, error, |handle| {
         let kind = kind::of_number(kind)?;
+        let rooms = [(memory, memory_bytes), (scratch, scratch_bytes)];
+        let given = BuildArguments::check(caller, handle, mesh, options, rooms)?;
+        let (arena, scratch) = (caller.borrow_mut(given.memory), caller.borrow_mut(given.scratch));
+        Ok(kind.build(&given.scene, &given.options, arena, scratch)?)
+    })
+}
+
+/// Checked arguments of a build in the caller's memory.
+struct BuildArguments {
+    scene: Scene<'static>,
+    options: Options,
+    memory: Output<u8>,
+    scratch: Output<u8>,
+    /// Regions of the memory, the scratch and the arrays of the mesh.
+    borrowed: [Region; 6],
+}
+
+impl BuildArguments {
+    /// Checks the arguments, and that none of them overlaps another or `to`. `rooms` are the memory and the scratch.
+    fn check(
+        caller: Caller,
+        to: Region,
+        mesh: *const arb_mesh,
+        options: *const arb_options,
+        rooms: [(*mut c_void, usize); 2],
+    ) -> Result<Self, Failure> {
         let chosen = chosen(caller, options)?;
         let arrays = Arrays::check(caller, mesh)?;
+        let [(memory, memory_bytes), (scratch, scratch_bytes)] = rooms;
         let memory = Output::<u8>::check(memory.cast(), memory_bytes, "memory")?;
         let scratch = Output::<u8>::check(scratch.cast(), scratch_bytes, "scratch")?;
-        apart(&[handle, memory.region(), scratch.region()], &arrays.regions())?;
+        let [in_memory, in_scratch] = [memory.region(), scratch.region()];
+        apart(&[to, in_memory, in_scratch], &arrays.regions())?;
+        let [a, b, c, d] = arrays.regions();
+        let borrowed = [in_memory, in_scratch, a, b, c, d];
         let scene = arrays.scene(caller, chosen.beside);
-        let (arena, scratch) = (caller.borrow_mut(memory), caller.borrow_mut(scratch));
-        Ok(kind.build(&scene, &chosen.options, arena, scratch)?)
-    })
+        Ok(Self { scene, options: chosen.options, memory, scratch, borrowed })
+    }
 }
 
 /// Opens an index from its bytes, in place: bytes of a file, or in ROM.

@@ -67,14 +67,14 @@ struct Pieces {
     stage: Stage,
 }
 
-/// What comes next. There is one for each build, so that its size does not matter.
+/// Stage of a build in pieces. There is one for each build, so that its size does not matter.
 #[allow(clippy::large_enum_variant)]
 enum Stage {
     /// The cluster tree.
     Join,
     /// The triangles that are left, then the words of the clusters that are left.
     Words(PiecewiseBuild<'static, 'static>),
-    /// These pieces, in this order, of an index of so many bytes.
+    /// The pieces that are left, in their order, and the length of the index in bytes.
     Ends([Option<Piece<'static>>; 2], usize),
 }
 
@@ -189,8 +189,8 @@ pub unsafe extern "C" fn arb_piecewise_join(
 
 /// Makes the next piece of the index.
 ///
-/// - `room`: NULL if `room_bytes` is 0, or starts at a multiple of ARB_ALIGNMENT bytes. Most pieces are made there: the words of a cluster, or as many
-///   triangles as fit, 36 bytes each. What lay there before is lost.
+/// - `room`: NULL if `room_bytes` is 0, or starts at a multiple of ARB_ALIGNMENT bytes. Most pieces are made there: the
+///   words of a cluster, or as many triangles as fit, 36 bytes each. What lay there before is lost.
 /// - `piece`: receives the bytes, and where they belong. They are valid until the next call. If there are no more, its
 ///   byte_count is 0, and the build is over.
 ///

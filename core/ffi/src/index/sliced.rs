@@ -9,11 +9,11 @@ use core::ffi::c_void;
 #[cfg(feature = "wide-bvh")]
 use arboleda::{AnyIndex, BuildError};
 
-use super::{arb_index, fill};
+use super::{BuildArguments, arb_index, fill};
 use crate::error::{arb_error, arb_status, reported};
 use crate::memory::{Caller, Keep, Kept, Output, Slot, apart};
-use crate::options::{arb_options, chosen};
-use crate::scene::{Arrays, arb_mesh};
+use crate::options::arb_options;
+use crate::scene::arb_mesh;
 
 /// Build of a wide BVH (ARB_WIDE_BVH) in slices: for a program that must not wait for a whole build, such as a game
 /// between two frames, or firmware with a watchdog. The index has the bytes of arb_build, wherever the build pauses.
@@ -120,20 +120,13 @@ pub unsafe extern "C" fn arb_sliced_begin(
     // SAFETY: the promise of the crate's page.
     let caller = unsafe { Caller::promises() };
     super::begin(caller, build, error, |to| {
-        let chosen = chosen(caller, options)?;
-        let arrays = Arrays::check(caller, mesh)?;
-        let memory = Output::<u8>::check(memory.cast(), memory_bytes, "memory")?;
-        let scratch = Output::<u8>::check(scratch.cast(), scratch_bytes, "scratch")?;
-        let outputs = [to, memory.region(), scratch.region()];
-        apart(&outputs, &arrays.regions())?;
-        let ([_, in_memory, in_scratch], [a, b, c, d]) = (outputs, arrays.regions());
-        let borrowed = [in_memory, in_scratch, a, b, c, d];
-        let scene = arrays.scene(caller, chosen.beside);
-        let needed = arb_sliced_scratch_bytes(scene.triangles().len());
-        let (slot, rest) = scratch.split_scratch(needed)?;
-        let (arena, rest) = (caller.borrow_mut(memory), caller.borrow_mut(rest));
-        let begun = caller.keep::<Sliced>(slot, borrowed, |room| {
-            Sliced::begin_in(room, &scene, &chosen.options, arena, rest)?;
+        let rooms = [(memory, memory_bytes), (scratch, scratch_bytes)];
+        let given = BuildArguments::check(caller, to, mesh, options, rooms)?;
+        let needed = arb_sliced_scratch_bytes(given.scene.triangles().len());
+        let (slot, rest) = given.scratch.split_scratch(needed)?;
+        let (arena, rest) = (caller.borrow_mut(given.memory), caller.borrow_mut(rest));
+        let begun = caller.keep::<Sliced>(slot, given.borrowed, |room| {
+            Sliced::begin_in(room, &given.scene, &given.options, arena, rest)?;
             Ok(())
         });
         Ok(begun?.cast())

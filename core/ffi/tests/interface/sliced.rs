@@ -151,7 +151,7 @@ fn the_bytes_are_those_of_a_build_at_once_for_any_slices() {
     }
 }
 
-/// What the header says of the scratch.
+/// The bytes that the header states.
 #[test]
 fn scratch_is_as_large_as_is_said() {
     let build = arb_sliced_scratch_bytes(0);

@@ -59,7 +59,7 @@ pub struct SlicedBuild<'a, 's> {
     error: Option<BuildError>,
 }
 
-/// What a build is made of, checked. It is small.
+/// Checked parts of a build that is not begun: small, unlike the build.
 struct Prepared<'a, 's> {
     scene: Scene<'a>,
     arena: &'a mut [u8],

@@ -183,8 +183,8 @@ impl PhotonMap {
 enum Normals {
     /// Table with a normal for each triangle, by id.
     Table(Vec<Vector64>),
-    /// Triangles, whose normals are computed when they are asked for. Triangles of a file that processes share may be far more than photons, and the
-    /// table would take 24 bytes of each process for each.
+    /// Triangles, whose normals are computed when they are asked for. Those of a file that processes share may be far more
+    /// than photons, and the table would take 24 bytes of each process for each.
     Computed(Column<Triangle>),
 }
 

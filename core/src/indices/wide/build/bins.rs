@@ -10,7 +10,7 @@ use super::primitive::{Primitive, PrimitiveBounds};
 use crate::geometry::Box4;
 use crate::input::MOST_TRIANGLES;
 
-/// What a ray that enters the box of `count` triangles has to pay: the square root of their leaves.
+/// Estimates the cost of the box of `count` triangles for a ray that enters it: the square root of their leaves.
 ///
 /// The surface-area heuristic has the leaves themselves, as if a ray tested all of them. A ray that enters a subtree
 /// tests only those along its way.
