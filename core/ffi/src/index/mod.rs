@@ -288,19 +288,7 @@ fn fill(
     error: *mut arb_error,
     open: impl FnOnce(Region) -> Result<AnyIndex<'static>, Failure>,
 ) -> arb_status {
-    reported(caller, error, || {
-        let handle = Output::one(index, "index")?;
-        match open(handle.region()) {
-            Ok(opened) => caller.write_index(handle, opened),
-            // What the handle overlaps is an input.
-            Err(failure @ Failure::Overlap { .. }) => return Err(failure),
-            Err(failure) => {
-                caller.write(handle, CLOSED);
-                return Err(failure);
-            }
-        }
-        Ok(())
-    })
+    answer(caller, index, "index", CLOSED, error, open, Caller::write_index)
 }
 
 /// Begins a build that takes several calls, and writes its address, or null.
@@ -310,14 +298,27 @@ fn begin<T>(
     error: *mut arb_error,
     begin: impl FnOnce(Region) -> Result<*mut T, Failure>,
 ) -> arb_status {
+    answer(caller, build, "build", null_mut(), error, begin, Caller::write)
+}
+
+/// Writes what `make` returns to an output, or `none` if it fails.
+fn answer<T, V>(
+    caller: Caller,
+    to: *mut T,
+    name: &'static str,
+    none: T,
+    error: *mut arb_error,
+    make: impl FnOnce(Region) -> Result<V, Failure>,
+    write: impl FnOnce(Caller, Output<T>, V),
+) -> arb_status {
     reported(caller, error, || {
-        let to = Output::one(build, "build")?;
-        match begin(to.region()) {
-            Ok(begun) => caller.write(to, begun),
-            // What the pointer overlaps is an input.
+        let to = Output::one(to, name)?;
+        match make(to.region()) {
+            Ok(made) => write(caller, to, made),
+            // What the output overlaps is an input.
             Err(failure @ Failure::Overlap { .. }) => return Err(failure),
             Err(failure) => {
-                caller.write(to, null_mut());
+                caller.write(to, none);
                 return Err(failure);
             }
         }
