@@ -15,8 +15,14 @@ export { ArboledaError, Index, hasSimd128 };
 
 /** `ARB_ABI_VERSION` of the header that this module was written for. */
 const ABI_VERSION = 65537;
-/** Bytes a triangle that are enough for most indices. If they are not, the build says how many are, and runs again. */
-const LIKELY_BYTES = 80;
+/** Bytes that are enough for most indices. If they are not, the build says how many are, and runs again. */
+const likelyBytes = (triangleCount) => 80 * triangleCount + 65536;
+
+/** The bytes that are enough for an index, of a build that failed with `given` bytes. Another error is thrown on. */
+const enoughBytes = (error, given) => {
+    if (error?.code !== "INDEX_MEMORY_TOO_SMALL" || error.neededBytes <= given) throw error;
+    return error.neededBytes;
+};
 
 /** Loads the module, with simd128 where the machine has it. */
 export const load = async (options) => instantiate(options ?? {}, (exports, memory) => new Arboleda(exports, memory));
@@ -64,18 +70,14 @@ class Arboleda {
         const { triangleCount } = measureMesh(positions, corners, options.objects);
         this.#fill(options);
         // The index first: what is above it is free again after the build, as one block.
-        let bytes = LIKELY_BYTES * triangleCount + 65536;
+        let bytes = likelyBytes(triangleCount);
         for (;;) {
             const block = this.#heap.take(SIZE.handle + bytes);
             try {
-                const mesh = this.#buildAt(block, bytes, number, positions, corners, options);
-                const index = this.#opened(block, mesh);
-                this.#heap.shrink(block, SIZE.handle + index.byteCount);
-                return index;
+                return this.#shrunk(block, this.#buildAt(block, bytes, number, positions, corners, options));
             } catch (error) {
                 this.#heap.give(block);
-                if (error.code !== "INDEX_MEMORY_TOO_SMALL" || error.neededBytes <= bytes) throw error;
-                bytes = error.neededBytes;
+                bytes = enoughBytes(error, bytes);
             }
         }
     }
@@ -92,18 +94,15 @@ class Arboleda {
         try {
             this.#fill(chosen, structs + SIZE.mesh);
             blocks.push(...writeMesh(this.#heap, structs, positions, corners, chosen.objects));
-            let bytes = LIKELY_BYTES * triangleCount + 65536;
+            let bytes = likelyBytes(triangleCount);
             for (;;) {
                 const block = this.#heap.take(SIZE.handle + bytes);
                 try {
                     await this.#stepsAt(block, bytes, structs, triangleCount, pace);
-                    const index = this.#opened(block, []);
-                    this.#heap.shrink(block, SIZE.handle + index.byteCount);
-                    return index;
+                    return this.#shrunk(block, []);
                 } catch (error) {
                     this.#heap.give(block);
-                    if (error?.code !== "INDEX_MEMORY_TOO_SMALL" || error.neededBytes <= bytes) throw error;
-                    bytes = error.neededBytes;
+                    bytes = enoughBytes(error, bytes);
                 }
             }
         } finally {
@@ -209,6 +208,13 @@ class Arboleda {
         } finally {
             this.#heap.give(scratch);
         }
+    }
+
+    /** The index that was built in a block, whose end it does not need. */
+    #shrunk(block, mesh) {
+        const index = this.#opened(block, mesh);
+        this.#heap.shrink(block, SIZE.handle + index.byteCount);
+        return index;
     }
 
     #opened(block, mesh) {
