@@ -79,13 +79,22 @@ fn other_files_are_named() {
 
 #[test]
 fn hostile_headers_are_refused() {
-    for shape in ["(4294967296, 4294967296, 8)", "(99999999999999999999999, 6)"] {
+    for shape in [
+        "(4294967296, 4294967296, 8)",
+        "(99999999999999999999999, 6)",
+        // Whose decimal digits alone have a small product.
+        "(0xffffffff, 0xffffffff, 8)",
+        "(0b1_0000000000_0000000000_0000000000_00, 1_000_000_000, 8)",
+        "(0o40000000000, 0o40000000000, 8)",
+    ] {
         let message = problem(&npy("<f4", "False", shape, &[]));
         assert!(message.ends_with("it claims more elements than can be counted"), "{message}");
     }
     assert!(problem(&npy("<f4", "False", &"(".repeat(9_000), &[])).contains("brackets"));
     // Few, but the crate's time is exponential in them: 14 took half a minute.
     assert!(problem(&npy("<f4", "False", &"{".repeat(14), &[])).contains("brackets inside"));
+    let hexadecimal = read(&npy("<f4", "False", "(0x2, 6)", &[0; 48])).expect("two rays");
+    assert_eq!(hexadecimal.len(), 2);
     let mut long = npy("<f4", "False", "(1, 6)", &[0; 24]);
     long[6] = 2;
     long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
