@@ -38,7 +38,7 @@ pub extern "C" fn arb_batch_scratch_bytes() -> usize {
 ///   it set to zeros once.) With fewer bytes, NULL and 0 for example, the answers are the same and take longer. Each
 ///   thread needs its own.
 ///
-/// With a scratch, the wide, compact and lean BVH have 64 rays in flight where the processor has AVX2: the fastest way.
+/// With a scratch, the wide, compact and lean BVH have 32 rays in flight where the processor has AVX2: the fastest way.
 ///
 /// Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP, ARB_NOT_OPEN, and any of
 /// arb_status from 60 to 69, with the ray's number in arb_error.element. All rays are checked first, so `hits` is then

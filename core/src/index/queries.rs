@@ -8,7 +8,7 @@ use crate::memory::put;
 use crate::query::{All, AllHits, BatchQuery, Closest, Count, Counters, Hit, Occluded, Query};
 use crate::structure::{Representation, Structure};
 
-/// Length in bytes of a scratch that every batch query of every index can use, wherever it begins: about 76 KiB on
+/// Length in bytes of a scratch that every batch query of every index can use, wherever it begins: about 39 KiB on
 /// x86-64. 0 if the target or the features have no index that uses one.
 ///
 /// # Examples
@@ -93,7 +93,7 @@ impl<'a, R: Representation> Index<'a, R> {
     /// caller: the fastest way to trace many rays.
     ///
     /// `scratch` has [`BATCH_SCRATCH`] bytes or more, at any alignment; what is in it does not matter. With AVX2, the wide,
-    /// compact and lean BVH use it for batches of 64 rays or more, for the state of 64 rays in flight. In other cases, and
+    /// compact and lean BVH use it for batches of 128 rays or more, for the state of 32 rays in flight. In other cases, and
     /// with a shorter scratch, this is [`Index::closest_hits`].
     pub fn closest_hits_in(&self, rays: &[Ray], hits: &mut [Hit], scratch: &mut [u8]) {
         let start = |index: usize| rays.get(index).map(|ray| Closest::new(ray, ()));

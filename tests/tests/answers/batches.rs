@@ -15,7 +15,7 @@ use arboleda_tests::scenes::{self, crowds};
 const KINDS: [IndexKind; 3] = [IndexKind::WideBvh, IndexKind::CompactBvh, IndexKind::LeanBvh];
 
 /// Numbers of rays: none, one, around those that are in flight, and around the thresholds of the wavefront.
-const LENGTHS: [usize; 12] = [0, 1, 31, 32, 33, 63, 64, 65, 191, 192, 193, 1000];
+const LENGTHS: [usize; 12] = [0, 1, 31, 32, 33, 127, 128, 129, 191, 192, 193, 1000];
 
 fn all_scenes() -> Vec<Vec<Triangle>> {
     vec![
@@ -196,7 +196,11 @@ fn deep_trees_give_the_same_hits() {
         let origin = Vec3::new(4.0, 4.0 + at as f32 * 1.0e-3, 4.0);
         Ray::new(origin, Vec3::new(-1.0, -1.0 - at as f32 * 2.5e-4, -1.0)).ok()
     }));
-    on_every_index(&nested, |index| equals_single_rays(index, &rays, &mut []));
+    let mut scratch = vec![0; BATCH_SCRATCH];
+    on_every_index(&nested, |index| {
+        equals_single_rays(index, &rays, &mut scratch);
+        equals_single_rays(index, &rays, &mut []);
+    });
 }
 
 #[test]
@@ -209,7 +213,7 @@ fn entries_beyond_the_shorter_slice_are_not_written() {
         let mut hits = vec![untouched; 200];
         index.closest_hits_in(&rays[..150], &mut hits, &mut scratch);
         assert!(hits[150..].iter().all(|hit| bits(hit) == bits(&untouched)));
-        let mut few = vec![untouched; 100];
+        let mut few = vec![untouched; 140];
         index.closest_hits_in(&rays, &mut few, &mut scratch);
         assert!(few.iter().zip(&hits).all(|(few, hit)| bits(few) == bits(hit)));
     });

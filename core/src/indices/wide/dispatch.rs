@@ -98,15 +98,18 @@ mod x86_64 {
     /// flight.
     ///
     /// # Measured
-    /// Speed of the wavefront over four rays in turn, figure 4(b), by the length of the batch:
+    /// Speed of the wavefront over four rays in turn, Zen 4, by the length of the batch:
     ///
     /// | rays | 32 | 64 | 128 | 256 | 1024 |
     /// |---|---|---|---|---|---|
-    /// | speed | 0.90 | 1.01 | 1.05 | 1.09 | 1.15 |
+    /// | figure 4(b) | 0.91 | 0.91 | 0.96 | 1.00 | 1.03 |
+    /// | city | 0.99 | 0.99 | 1.05 | 1.11 | 1.13 |
+    /// | compact BVH, 4(b) and city | | 0.98, 1.02 | 1.00, 0.97 | | |
+    /// | lean BVH, 4(b) and city | | 0.88, 0.89 | 0.90, 1.03 | | |
     ///
-    /// On the stack instead of in a caller's scratch, it is as fast from 256 rays on. But few stacks of fibers hold
-    /// 76 KiB, and a query must not overflow them.
-    pub const MANY: usize = 64;
+    /// Not on the stack instead of in a caller's scratch: few stacks of fibers hold 39 KiB, and a query must not
+    /// overflow them.
+    pub const MANY: usize = 128;
 
     /// Traverses a tree for each query by the wavefront. The level has AVX2.
     #[inline]

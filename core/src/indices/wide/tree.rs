@@ -89,7 +89,7 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
     }
 
     /// The links of all children of a node, by lane.
-    fn links(self, link: u32) -> Option<Row>;
+    fn links(&self, link: u32) -> Option<&Row>;
 
     /// Prefetches the triangles that a bundle names, if they lie elsewhere.
     #[inline(always)]
@@ -98,6 +98,12 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
     /// Prefetches what a link leads to.
     #[inline(always)]
     fn prefetch(self, _: u32) {}
+
+    /// As [`prefetch`](Self::prefetch), with no line too many, for a few instructions more.
+    #[inline(always)]
+    fn prefetch_exactly(self, link: u32) {
+        self.prefetch(link);
+    }
 }
 
 /// Node or leaf to be entered.

@@ -147,8 +147,8 @@ impl Form for Chunks {
     }
 
     #[inline(always)]
-    fn links(words: &[u32], link: u32) -> Option<Row> {
-        Some(node_at(words, link)?.links)
+    fn links(words: &[u32], link: u32) -> Option<&Row> {
+        Some(&node_at(words, link)?.links)
     }
 
     /// Writes as few chunks as the triangles, in their order, need.

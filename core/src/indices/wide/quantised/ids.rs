@@ -140,8 +140,8 @@ impl Form for Ids {
     }
 
     #[inline(always)]
-    fn links(words: &[u32], link: u32) -> Option<Row> {
-        words.get(decoded(link).0 + SCALE_WORDS..)?.first_chunk().copied()
+    fn links(words: &[u32], link: u32) -> Option<&Row> {
+        words.get(decoded(link).0 + SCALE_WORDS..)?.first_chunk()
     }
 
     fn write(_: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32 {

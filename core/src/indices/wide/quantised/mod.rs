@@ -101,7 +101,7 @@ trait Form: Copy + 'static {
     fn child(words: &[u32], link: u32, lane: usize) -> Option<u32>;
 
     /// Reads the links of all lanes of a node; those of unused lanes are arbitrary.
-    fn links(words: &[u32], link: u32) -> Option<Row>;
+    fn links(words: &[u32], link: u32) -> Option<&Row>;
 
     /// Appends a leaf, and returns the link to it.
     fn write(triangles: Mesh<'_>, ids: impl Iterator<Item = u32>, words: &mut Words<'_>) -> u32;

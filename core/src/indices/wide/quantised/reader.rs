@@ -93,7 +93,7 @@ impl<L: Unpack, F: Form> InLanes<L> for Packed<'_, F> {
     }
 
     #[inline(always)]
-    fn links(self, link: u32) -> Option<Row> {
+    fn links(&self, link: u32) -> Option<&Row> {
         F::links(self.words, link)
     }
 

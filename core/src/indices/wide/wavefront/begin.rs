@@ -1,6 +1,6 @@
 //! The ends of a ray's way through the wavefront: it gives its answer, and the next ray gets its slot.
 
-use super::room::{GAVE_UP, Queue, Room, SLOTS, Slot, StackEntry};
+use super::room::{GAVE_UP, Next, Room, SLOTS, Slot, StackEntry, Taken};
 use crate::geometry::MOST_COORDINATE;
 use crate::indices::wide::traversal::{is_along_flat, walk_in_f64};
 use crate::indices::wide::tree::Tree;
@@ -20,11 +20,11 @@ pub(super) struct Batch<S, F> {
 #[target_feature(enable = "avx2")]
 pub(super) fn answer<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(usize, Hit)>(
     slots: &[Slot; SLOTS],
-    ids: &Queue,
+    rays: &Taken,
     batch: &mut Batch<S, F>,
     alone: impl Fn(&mut Q),
 ) {
-    for id in ids.ids() {
+    for id in rays.ids() {
         let slot = &slots[id];
         if slot.index & GAVE_UP == 0 {
             (batch.finish)(slot.index as usize, slot.hit);
@@ -44,13 +44,13 @@ pub(super) fn answer<Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(usize, H
 pub(super) fn begin<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(usize, Hit)>(
     tree: T,
     room: &mut Room,
-    ids: &Queue,
+    rays: &Taken,
     batch: &mut Batch<S, F>,
 ) {
-    let Room { slots, nodes, .. } = room;
+    let Room { slots, queues, .. } = room;
     let is_ordinary_scene = tree.largest() <= MOST_COORDINATE;
-    let (root, mut node_count) = (tree.root().link, nodes.count);
-    for id in ids.ids() {
+    let root = tree.root().link;
+    for id in rays.ids() {
         if batch.next >= batch.count {
             break;
         }
@@ -68,10 +68,8 @@ pub(super) fn begin<T: Tree, Q: BatchQuery, S: Fn(usize) -> Option<Q>, F: FnMut(
         slot.link = root;
         slot.clear_stack();
         slot.stack[0].keys = StackEntry::BOTTOM.keys;
-        nodes.put(node_count, id);
-        node_count += 1;
+        queues.put(Next::Node, id);
     }
-    nodes.count = node_count;
 }
 
 /// Finds the next ray that lanes can trace, and prepares it in a slot; false if there is none. Rays that lanes cannot

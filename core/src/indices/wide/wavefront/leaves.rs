@@ -4,7 +4,7 @@ use core::hint::select_unpredictable;
 
 use super::begin::Batch;
 use super::nodes::drop_stale;
-use super::room::{QUADS, Room, SLOTS, Slot};
+use super::room::{Next, QUADS, Room, SLOTS, Slot};
 use crate::geometry::kernel::clamped;
 use crate::indices::wide::tree::InLanes;
 use crate::query::{BatchQuery, Hit, TriangleId};
@@ -18,20 +18,18 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
     room: &mut Room,
     batch: &Batch<S, F>,
 ) {
-    let leaves = room.leaves;
-    for id in leaves.ids() {
-        let Slot { node, lane, .. } = room.slots[id];
-        if let Some(bundle) =
-            tree.child(node, lane as usize).and_then(|leaf| tree.first_bundle(leaf))
-        {
+    let rays = room.queues.take(Next::Leaf);
+    let first_bundle = |slot: &Slot| {
+        tree.child(slot.node, slot.lane as usize).and_then(|leaf| tree.first_bundle(leaf))
+    };
+    for id in rays.ids() {
+        if let Some(bundle) = first_bundle(&room.slots[id]) {
             tree.prefetch_triangles(bundle);
         }
     }
     let mut count = 0;
-    let (mut kept, mut done) = (0, room.done.count);
-    for id in leaves.ids() {
-        let Slot { node, lane, .. } = room.slots[id];
-        let mut next = tree.child(node, lane as usize).and_then(|leaf| tree.first_bundle(leaf));
+    for id in rays.ids() {
+        let mut next = first_bundle(&room.slots[id]);
         let mut is_hit = false;
         while let Some(bundle) = next {
             let slot = &mut room.slots[id];
@@ -59,16 +57,8 @@ pub(super) fn test_leaves<T: InLanes<Avx2>, Q: BatchQuery, S: Fn(usize) -> Optio
             }
             next = if is_hit { None } else { tree.next_bundle(bundle) };
         }
-        // A ray that is hit needs no other child. Both queues get the id, and one counts it.
-        if Q::ANY {
-            room.done.put(done, id);
-            done += u32::from(is_hit);
-            room.leaves.put(kept, id);
-            kept += u32::from(!is_hit);
-        }
-    }
-    if Q::ANY {
-        (room.leaves.count, room.done.count) = (kept, done);
+        // A ray that is hit needs no other child.
+        room.queues.put(select_unpredictable(is_hit, Next::Answer, Next::Leaf), id);
     }
     judge(room, count, batch);
 }

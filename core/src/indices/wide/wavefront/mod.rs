@@ -1,37 +1,38 @@
 //! Wavefront: many rays of a batch in flight, each step done for all of them in a pass of its own.
 //!
 //! ```text
-//! nodes --test_boxes--> stacks --take_children--+--> nodes
-//!   ^                      ^                    +--> others --sort--+--> leaves --test_leaves, judge--+
-//!   |                      |                                        +--> stale                        |
-//!   |                      +------------- take_children ------------------ v <------------------------+
-//!   |                                                               +--> done --renew--+
-//!   +----------------------------------- the next ray of the batch --------------------+
+//! Next::Node     enter_nodes, or for any hit test_boxes and take_children  --> any queue
+//! Next::Leaf     test_leaves and judge, take_children                      --> any queue
+//! Next::Child    take_children                                             --> any queue
+//! Next::Answer   renew                                                     --> Next::Node, by the batch's next ray
 //! ```
 //! | pass | for each ray that it is about | file |
 //! |---|---|---|
+//! | `enter_nodes` | at a node: tests its eight boxes, takes the nearest child, puts the node on the ray's stack if others are left | `nodes` |
 //! | `test_boxes` | at a node: tests its eight boxes, puts it on the ray's stack | `nodes` |
 //! | `take_children` | takes the nearest child left of the topmost node on the stack, and prefetches it | `nodes` |
-//! | `sort` | queues it at a leaf, to take again (`stale`), or as done | `nodes` |
-//! | `renew` | done: hands on its answer, and begins the next ray in its slot | `begin` |
+//! | `renew` | at its end: hands on its answer, and begins the next ray in its slot | `begin` |
 //! | `test_leaves` | at a leaf: prefetches what it names, then tests its eight triangles in `f32` | `leaves` |
 //! | `judge` | with a triangle left: decides four such pairs at once in `f64` | `leaves` |
 //!
-//! - Leaves are tested once 16 rays are at leaves, or fewer than 16 at nodes.
-//! - A pass has no branch that depends on a ray. The ray's id is written behind both queues to which it may go, and
-//!   only the length of the right one grows. So the processor works on as many rays at once as its buffers hold.
+//! - A ray waits in one of four queues, by what it does [next](room::Next).
+//! - Leaves are tested once eight rays are at leaves, or fewer than eight at nodes.
+//! - A pass has no branch that depends on a ray: even its next queue is calculated. So the processor works on as many
+//!   rays at once as its buffers hold.
 //! - A ray's order of nodes is that of a single ray. What differs is when a hit shortens it, which changes no answer.
 //! - Rays that lanes cannot take are answered when their turn comes to begin. A ray whose stack is too short is
 //!   traversed on its own in the end.
 //! - An any-hit ray is done at the leaf at which a triangle is surely hit. Only triangles that are in doubt are judged.
-//! - A hit drops what lies behind it from the ray's stack, up to two entries; others are passed over as `stale`.
+//! - A hit drops what lies behind it from the ray's stack, up to two entries. A ray that finds another such entry later,
+//!   or meets no child of a node, takes another child in the next round.
 //! - `judge` leaves to the kernel whatever its bounds cannot decide, so hits are the same bits.
 //!
 //! # Memory
 //! A [`Room`] of the caller. Its length does not depend on the batch.
 //!
 //! # Measured
-//! Zen 5, 100,000 photon rays, processor time, medians of pairs in turns with Embree's; "turns" are four rays in turn:
+//! The first wavefront, Zen 5, 100,000 photon rays, processor time, medians of pairs in turns with Embree's; "turns" are
+//! four rays in turn:
 //!
 //! | | 4(b) | city | mesh | city, 1M |
 //! |---|---|---|---|---|
@@ -55,17 +56,23 @@
 //! - Occluded: no branch on a sure hit, no candidate copied where all are sure, no way through the queues for a ray
 //!   that is done, no comparison with its last `t`: 6 to 15%.
 //! - Two stale entries dropped at a hit: 10% in figure 3, 5% in a city, elsewhere within the noise.
+//! - Zen 4, closest hits: a child taken in the pass that tests the boxes, the next ray's boxes before it, queues that
+//!   need no sorting, and no line too many prefetched of a node: 4 to 8%, on a million 11%. 32 rays in flight instead of
+//!   64: 2 to 5% more, and half the memory.
 //!
 //! # What lost
+//! - One pass for boxes and children of any-hit rays too: 3 to 6% slower, because more of them meet no child, and those
+//!   wait for another round.
+//! - Edges of leaves kept beside the links of rays: 8 to 15% slower where children are taken from the stack, because
+//!   their node has to be read.
+//! - Queues written all four, of which one counts the id: 8% slower.
+//! - `judge` compiled for AVX-512: within the noise.
 //! - Candidates by lane and link, and their triangles gathered when they are judged: the compiler spills all 36 numbers,
 //!   twice the instructions of copying each triangle into its lane of a [`Quad`](crate::simd::Quad).
-//! - Waiting for eight leaves instead of 16, with 64 slots: within the noise.
 //! - The least key of each level beside the ray, from which one comparison finds the topmost entry that is not stale:
 //!   as fast as dropping two entries in figure 3, 1 to 4% slower elsewhere.
 //! - Dropping three stale entries at a hit: 1 to 3% slower than two; one: 3% slower in figure 3 and a city.
-//! - Queues read in place instead of copied: 0 to 2% slower, which is within the noise.
-//! - A prefetch of four lines for nodes, and of five for leaves only: any-hit rays 2 to 5% slower, closest hits 2 to
-//!   3%.
+//! - A prefetch of four lines for nodes, and of five for leaves only, by `take_children`: any-hit rays 2 to 5% slower.
 //!
 //! # Source
 //! The passes follow the wavefronts of path tracers on graphics processors: S. Laine, T. Karras, T. Aila, *Megakernels
@@ -79,13 +86,13 @@ mod room;
 pub(crate) use room::{MOST, Room, SCRATCH};
 
 use begin::Batch;
-use room::{Queue, StackEntry};
+use room::{Next, StackEntry, Taken};
 
 /// Number of rays at leaves, from which on leaves are tested; and of rays at nodes, below which leaves are tested.
 ///
 /// # What lost
-/// 24: within 1%. 32: 0 to 2% slower.
-const ENOUGH: u32 = 16;
+/// 6 and 12: 0 to 4% slower.
+const ENOUGH: usize = 8;
 
 /// Compiles the passes for some instructions, each as a function of its own, and the rounds.
 macro_rules! compiled_for {
@@ -105,10 +112,16 @@ macro_rules! compiled_for {
 
             #[inline(never)]
             #[target_feature(enable = $features)]
+            fn enter_nodes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
+                nodes::enter_nodes(tree, room);
+            }
+
+            #[inline(never)]
+            #[target_feature(enable = $features)]
             fn take_children<T: InLanes<Avx2>, Q: BatchQuery>(
                 tree: T,
                 room: &mut Room,
-                queue: &Queue,
+                queue: Next,
             ) {
                 nodes::take_children::<T, Q>(tree, room, queue);
             }
@@ -143,9 +156,9 @@ macro_rules! compiled_for {
                 room: &mut Room,
                 batch: &mut Batch<S, F>,
             ) {
-                let done = room.done.take();
-                begin::answer(&room.slots, &done, batch, |query| alone(tree, query));
-                begin::begin(tree, room, &done, batch);
+                let rays = room.queues.take(Next::Answer);
+                begin::answer(&room.slots, &rays, batch, |query| alone(tree, query));
+                begin::begin(tree, room, &rays, batch);
             }
 
             /// Traverses a tree for each of `count` queries.
@@ -159,26 +172,25 @@ macro_rules! compiled_for {
                 finish: impl FnMut(usize, Hit),
             ) {
                 let mut batch = Batch { next: 0, count, start, finish };
-                for queue in [&mut room.nodes, &mut room.others, &mut room.leaves] {
-                    *queue = Queue::EMPTY;
-                }
-                (room.stale, room.done) = (Queue::EMPTY, Queue::EMPTY);
+                room.queues.clear();
                 for slot in &mut room.slots {
                     slot.stack[0] = StackEntry::BOTTOM;
                 }
-                begin::begin(tree, room, &Queue::all(), &mut batch);
-                while room.is_busy() {
-                    test_boxes(tree, room);
-                    let queue = room.nodes.take();
-                    take_children::<T, Q>(tree, room, &queue);
-                    nodes::sort(room);
+                begin::begin(tree, room, &Taken::all(), &mut batch);
+                while room.queues.any() {
+                    if Q::ANY {
+                        test_boxes(tree, room);
+                        take_children::<T, Q>(tree, room, Next::Node);
+                    } else {
+                        enter_nodes(tree, room);
+                    }
                     renew(tree, room, &mut batch);
-                    if room.leaves.count >= ENOUGH || room.nodes.count < ENOUGH {
+                    if room.queues.count(Next::Leaf) >= ENOUGH
+                        || room.queues.count(Next::Node) < ENOUGH
+                    {
                         test_leaves(tree, room, &batch);
-                        let queue = room.leaves.take();
-                        take_children::<T, Q>(tree, room, &queue);
-                        let queue = room.stale.take();
-                        take_children::<T, Q>(tree, room, &queue);
+                        take_children::<T, Q>(tree, room, Next::Leaf);
+                        take_children::<T, Q>(tree, room, Next::Child);
                     }
                 }
             }

@@ -2,17 +2,68 @@
 
 use core::hint::select_unpredictable;
 
-use super::room::{DONE, GAVE_UP, Queue, Room, SLOTS, STACK, STALE, Slot};
+use super::room::{Next, Room, STACK, STALE, Slot};
 use crate::indices::wide::tree::InLanes;
 use crate::query::Query;
-use crate::simd::{Avx2, Lanes, key};
+use crate::simd::{Avx2, FAR, LANES, Lanes, key};
 
-/// Tests the boxes of each ray's node, and puts the node on the ray's stack.
+/// Links of a node that is not there.
+static NOWHERE: [u32; LANES] = [STALE; LANES];
+
+/// For closest hits: tests the boxes of each ray's node, takes the nearest child, and puts the node on the ray's stack
+/// if others are left.
+///
+/// The boxes of the next ray are tested before the child of a ray is taken: two chains of operations that do not wait
+/// for each other.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(super) fn enter_nodes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
+    let Room { slots, queues, .. } = room;
+    let rays = queues.take(Next::Node);
+    let test = |slot: &Slot| match (
+        tree.meet_node(slot.link, &slot.ray, slot.last),
+        tree.links(slot.link),
+    ) {
+        (Some(keys), Some(links)) => (keys, links),
+        _ => (bytemuck::must_cast([FAR; LANES]), &NOWHERE),
+    };
+    let mut tested = test(&slots[rays.id(0)]);
+    for at in 0..rays.count {
+        let (keys, links) = tested;
+        // Behind the last is an old id. Its test is not used.
+        tested = test(&slots[rays.id(at + 1)]);
+        let id = rays.id(at);
+        let slot = &mut slots[id];
+        let (nearest, lane) = Avx2::nearest(keys);
+        let rest = Avx2::without(keys, lane);
+        // Without a branch, which would often be mispredicted.
+        let link = select_unpredictable(nearest == FAR, STALE, links[lane]);
+        if slot.height >= STACK as u32 {
+            slot.give_up();
+            queues.put(Next::Child, id);
+            continue;
+        }
+        // The entry is always written, and kept if a child is left.
+        let entry = &mut slot.stack[slot.height as usize % STACK];
+        entry.keys = bytemuck::must_cast(rest);
+        entry.links = *links;
+        entry.node = slot.link;
+        slot.height += u32::from(Avx2::any(rest));
+        slot.node = slot.link;
+        slot.lane = lane as u32;
+        slot.link = link;
+        tree.prefetch_exactly(link);
+        queues.put(Next::of(link), id);
+    }
+}
+
+/// For any hit: tests the boxes of each ray's node, and puts the node on the ray's stack. The child is taken by
+/// [`take_children`].
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn test_boxes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
-    let Room { slots, nodes, .. } = room;
-    for id in nodes.ids() {
+    let Room { slots, queues, .. } = room;
+    for id in queues.ids(Next::Node) {
         let slot = &mut slots[id];
         let (keys, links) =
             (tree.meet_node(slot.link, &slot.ray, slot.last), tree.links(slot.link));
@@ -21,27 +72,25 @@ pub(super) fn test_boxes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
             continue;
         };
         if slot.height >= STACK as u32 {
-            slot.index |= GAVE_UP;
-            slot.clear_stack();
+            slot.give_up();
             continue;
         }
         // The entry is always written, and kept if a child is met.
         let entry = &mut slot.stack[slot.height as usize % STACK];
         entry.keys = bytemuck::must_cast(keys);
-        entry.links = links;
+        entry.links = *links;
         entry.node = slot.link;
         slot.height += u32::from(Avx2::any(keys));
     }
 }
 
-/// Takes each ray's nearest child that was not entered yet, of its topmost node that waits, and queues the ray by it.
+/// Takes the nearest child that was not entered yet, of the topmost node that waits, for each ray of a queue.
 #[inline]
 #[target_feature(enable = "avx2")]
-pub(super) fn take_children<T: InLanes<Avx2>, Q: Query>(tree: T, room: &mut Room, queue: &Queue) {
-    let Room { slots, nodes, others, .. } = room;
-    let mut node_count = nodes.count;
-    let mut count = nodes.count + others.count;
-    for id in queue.ids() {
+pub(super) fn take_children<T: InLanes<Avx2>, Q: Query>(tree: T, room: &mut Room, queue: Next) {
+    let Room { slots, queues, .. } = room;
+    let rays = queues.take(queue);
+    for id in rays.ids() {
         let slot = &mut slots[id];
         let entry = &mut slot.stack[slot.height.wrapping_sub(1) as usize % STACK];
         let keys = bytemuck::must_cast(entry.keys);
@@ -57,14 +106,8 @@ pub(super) fn take_children<T: InLanes<Avx2>, Q: Query>(tree: T, room: &mut Room
         let link = select_unpredictable(is_stale, STALE, entry.links[lane]);
         slot.link = link;
         tree.prefetch(link);
-        // Both queues get the id, and one counts it.
-        nodes.put(node_count, id);
-        others.put(count - node_count, id);
-        count += 1;
-        node_count += (link >> 31) ^ 1;
+        queues.put(Next::of(link), id);
     }
-    nodes.count = node_count;
-    others.count = count - node_count;
 }
 
 /// Drops the topmost entries from the stack of a ray that was just hit, up to two, if all their children lie behind the
@@ -84,22 +127,4 @@ pub(super) fn drop_stale(slot: &mut Slot) {
     let first = is_stale(0);
     let second = first & is_stale(1);
     slot.height -= first + second;
-}
-
-/// Sorts the rays that do not enter a node.
-#[inline]
-pub(super) fn sort(room: &mut Room) {
-    let Room { slots, others, leaves, stale, done, .. } = room;
-    let mut counts = [leaves.count, stale.count, done.count];
-    for id in others.ids() {
-        let link = slots[id % SLOTS].link;
-        leaves.put(counts[0], id);
-        counts[0] += u32::from(link < DONE);
-        stale.put(counts[1], id);
-        counts[1] += u32::from(link == STALE);
-        done.put(counts[2], id);
-        counts[2] += u32::from(link == DONE);
-    }
-    others.count = 0;
-    [leaves.count, stale.count, done.count] = counts;
 }

@@ -11,8 +11,9 @@ use crate::simd::{FAR, Quad};
 /// Number of rays in flight: a power of two, so that a number of a slot is brought in bounds without a branch.
 ///
 /// # What lost
-/// 32 rays: 5% slower in batches of 100,000 rays on Zen 5, whose first cache has 48 KiB; as fast in batches of 1,024.
-pub(super) const SLOTS: usize = 64;
+/// 64 rays: 2 to 5% slower on Zen 4, whose first cache has 32 KiB. With the passes of the first wavefront, 64 were 5%
+/// faster on Zen 5, whose first cache has 48 KiB.
+pub(super) const SLOTS: usize = 32;
 
 /// Number of entries of a ray's stack: a power of two, so that an index is brought in bounds without a branch. A ray
 /// that needs more is traversed on its own.
@@ -58,6 +59,12 @@ impl Slot {
     pub fn clear_stack(&mut self) {
         self.height = 1;
     }
+
+    /// Leaves the ray, which needs a longer stack, to a traversal on its own.
+    pub fn give_up(&mut self) {
+        self.index |= GAVE_UP;
+        self.clear_stack();
+    }
 }
 
 /// Node that waits: a cache line.
@@ -82,48 +89,122 @@ impl StackEntry {
     };
 }
 
-/// Length of a queue: twice the number of slots, so that an id may be written behind the last.
-const QUEUE: usize = 2 * SLOTS;
-
-/// Numbers of slots.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct Queue {
-    ids: [u8; QUEUE],
-    pub count: u32,
+/// What a ray does next, and so the queue in which it waits.
+#[derive(Clone, Copy)]
+pub(super) enum Next {
+    /// Enters a node.
+    Node,
+    /// Enters a leaf.
+    Leaf,
+    /// Gives its answer: its walk is over.
+    Answer,
+    /// Takes another child.
+    Child,
 }
 
-impl Queue {
-    pub const EMPTY: Self = Self { ids: [0; QUEUE], count: 0 };
-
-    /// The queue of all slots.
-    pub fn all() -> Self {
-        Self { ids: core::array::from_fn(|id| id as u8), count: SLOTS as u32 }
-    }
-
-    /// Writes an id, without counting it.
+impl Next {
+    /// What a ray does next that follows a link.
     // Forced: what calls it is compiled for the instructions of its lanes.
     #[allow(clippy::inline_always)]
     #[inline(always)]
-    pub fn put(&mut self, at: u32, id: usize) {
-        self.ids[at as usize % QUEUE] = id as u8;
+    pub fn of(link: u32) -> Self {
+        const { assert!(DONE == u32::MAX - 1 && STALE == u32::MAX) };
+        // Without a branch: the leaf bit, and how far the link is past the last of a leaf.
+        match (link >> 31) + link.saturating_sub(DONE - 1) {
+            0 => Self::Node,
+            1 => Self::Leaf,
+            2 => Self::Answer,
+            _ => Self::Child,
+        }
+    }
+}
+
+/// Queues of rays, as numbers of slots, by what the rays do next.
+///
+/// A ray waits in one queue at a time, so a queue has room for all.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(super) struct Queues {
+    ids: [[u8; SLOTS]; QUEUES],
+    counts: [u32; QUEUES],
+    unused: [u32; 12],
+}
+
+const QUEUES: usize = 4;
+
+// Forced: what calls them is compiled for the instructions of its lanes.
+#[allow(clippy::inline_always)]
+impl Queues {
+    /// Empties all.
+    pub fn clear(&mut self) {
+        self.counts = [0; QUEUES];
     }
 
-    #[allow(clippy::inline_always)]
+    /// The number of rays in a queue.
+    #[inline(always)]
+    pub fn count(&self, queue: Next) -> usize {
+        self.counts[queue as usize] as usize
+    }
+
+    /// Tells whether any ray waits.
+    #[inline(always)]
+    pub fn any(&self) -> bool {
+        self.counts != [0; QUEUES]
+    }
+
+    /// Adds a ray to a queue.
+    #[inline(always)]
+    pub fn put(&mut self, queue: Next, id: usize) {
+        let count = &mut self.counts[queue as usize];
+        self.ids[queue as usize][*count as usize % SLOTS] = id as u8;
+        *count += 1;
+    }
+
+    /// The rays in a queue.
+    #[inline(always)]
+    pub fn ids(&self, queue: Next) -> impl Iterator<Item = usize> {
+        slots_of(&self.ids[queue as usize], self.count(queue))
+    }
+
+    /// Empties a queue, and returns what was in it.
+    #[inline(always)]
+    pub fn take(&mut self, queue: Next) -> Taken {
+        let count = core::mem::take(&mut self.counts[queue as usize]);
+        Taken { ids: self.ids[queue as usize], count: count as usize }
+    }
+}
+
+/// Rays that were taken from a queue.
+pub(super) struct Taken {
+    ids: [u8; SLOTS],
+    pub count: usize,
+}
+
+#[allow(clippy::inline_always)]
+impl Taken {
+    /// All rays.
+    pub fn all() -> Self {
+        Self { ids: core::array::from_fn(|id| id as u8), count: SLOTS }
+    }
+
+    /// The ray at a place. Past the last is any.
+    #[inline(always)]
+    pub fn id(&self, at: usize) -> usize {
+        self.ids[at % SLOTS] as usize % SLOTS
+    }
+
+    /// The rays in their order.
     #[inline(always)]
     pub fn ids(&self) -> impl Iterator<Item = usize> {
-        let ids = self.ids.get(..self.count as usize).unwrap_or(&[]);
-        ids.iter().map(|&id| id as usize % SLOTS)
+        slots_of(&self.ids, self.count)
     }
+}
 
-    /// Empties the queue, and returns what it was.
-    #[allow(clippy::inline_always)]
-    #[inline(always)]
-    pub fn take(&mut self) -> Self {
-        let taken = *self;
-        self.count = 0;
-        taken
-    }
+/// The first `count` of some ids.
+#[allow(clippy::inline_always)]
+#[inline(always)]
+fn slots_of(ids: &[u8; SLOTS], count: usize) -> impl Iterator<Item = usize> {
+    ids.get(..count).unwrap_or(&[]).iter().map(|&id| id as usize % SLOTS)
 }
 
 /// Number of [quads](Quad) of candidates that wait to be judged.
@@ -136,30 +217,13 @@ pub(crate) struct Room {
     pub(super) slots: [Slot; SLOTS],
     /// Triangles that the filter of leaves did not reject.
     pub(super) quads: [Quad; QUADS],
-    /// Rays that enter a node.
-    pub(super) nodes: Queue,
-    /// Rays that do anything else, not sorted yet.
-    pub(super) others: Queue,
-    /// Rays that enter a leaf.
-    pub(super) leaves: Queue,
-    /// Rays that take their next child.
-    pub(super) stale: Queue,
-    /// Rays whose walks are over.
-    pub(super) done: Queue,
-    unused: [u32; 11],
+    pub(super) queues: Queues,
 }
 
 /// Bytes of which any slice holds a [`Room`], wherever it begins.
 pub(crate) const SCRATCH: usize = size_of::<Room>() + ALIGNMENT - 1;
 
 impl Room {
-    /// Tells whether any ray waits for a pass.
-    #[inline]
-    pub(super) fn is_busy(&self) -> bool {
-        let Self { nodes, others, leaves, stale, done, .. } = self;
-        nodes.count + others.count + leaves.count + stale.count + done.count > 0
-    }
-
     /// Finds room in a caller's bytes; `None` if there are too few.
     pub fn of(scratch: &mut [u8]) -> Option<&mut Self> {
         let skipped = scratch.as_ptr().addr().wrapping_neg() % ALIGNMENT;
