@@ -123,6 +123,8 @@ fn wrong_options_are_refused_before_anything_is_written() {
         (&["--hits", "h.npy", "--points", "h.npy"], "two outputs would be written to h.npy"),
         (&["--points", "p.npy", "--query", "occluded"], "--query occluded finds no hit points"),
         (&["--hits", "h.npy", "--object-names", "o.json"], "the name must end in .csv"),
+        (&["--hits", "h.txt"], "the name must end in .npy"),
+        (&["--points", "p.csv"], "the name must end in .npy"),
         (&["--hits", "h.npy", "--normals", "no/n.npy"], "there is no folder no"),
     ] {
         let said = failure(&run_in(folder.path(), &[&CAST, more].concat()));

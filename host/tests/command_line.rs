@@ -97,6 +97,19 @@ fn values_out_of_range_are_refused_with_the_range() {
 }
 
 #[test]
+fn options_that_would_do_nothing_are_refused() {
+    let folder = folder();
+    let light = "0,0,9,1,0,0,0,1,0,5";
+    for (arguments, message) in [
+        (&["--ply-limit", "5"][..], "required arguments were not provided:\n  --photons-ply"),
+        (&["--two-sided-lights", "--light", light], "cannot be used with"),
+    ] {
+        let said = failure(&run_in(folder.path(), &with_scene("shoot", arguments)));
+        assert!(said.contains(message), "{arguments:?}\n{said}");
+    }
+}
+
+#[test]
 fn a_light_that_cannot_shine_is_refused_by_name() {
     let folder = folder();
     for (light, message) in [

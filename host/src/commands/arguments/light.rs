@@ -16,7 +16,7 @@ pub struct LightArguments {
     light: Vec<GivenLight>,
     /// Let faces that emit light (`Ke` of a material file) emit on both sides, not only on the side from which their
     /// corners are seen counter-clockwise
-    #[arg(long)]
+    #[arg(long, conflicts_with = "light")]
     two_sided_lights: bool,
 }
 

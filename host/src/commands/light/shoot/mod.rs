@@ -77,7 +77,8 @@ pub struct Shoot {
     #[arg(long, value_name = "OUT.ply", value_parser = file_ending_in(&["ply"]), conflicts_with_all = ["part", "checkpoint"])]
     photons_ply: Option<PathBuf>,
     /// Most points of `--photons-ply`
-    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole::<usize>(1..=100_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = whole::<usize>(1..=100_000_000),
+        requires = "photons_ply")]
     ply_limit: usize,
     /// Write a picture of the light that arrived
     #[arg(long, value_name = "FILE.png", value_parser = file_ending_in(&["png"]), conflicts_with_all = ["part", "checkpoint"])]
