@@ -133,6 +133,13 @@ fn wrong_options_are_refused_before_anything_is_written() {
     assert_eq!(names(folder.path()), before);
 }
 
+#[test]
+fn a_name_without_an_ending_is_taken() {
+    let folder = folder_with_scene();
+    success(&run_in(folder.path(), &[&CAST[..], &["--hits", "h"]].concat()));
+    assert!(names(folder.path()).contains(&"h".to_owned()));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_device_is_a_failure() {

@@ -1023,7 +1023,7 @@ arb_status arb_occluded_counted(const struct arb_index *index,
 
 /**
  * Bytes of scratch that arb_closest_each and arb_occluded_each use, whatever the index and the number of rays: about
- * 110 KiB on x86-64; 0 where scratch makes nothing faster.
+ * 71 KiB on x86-64; 0 where scratch makes nothing faster.
  */
 size_t arb_batch_scratch_bytes(void);
 
@@ -1036,7 +1036,8 @@ size_t arb_batch_scratch_bytes(void);
  *   it set to zeros once.) With fewer bytes, NULL and 0 for example, the answers are the same and take longer. Each
  *   thread needs its own.
  *
- * With a scratch, the wide, compact and lean BVH have 32 rays in flight where the processor has AVX2: the fastest way.
+ * With a scratch, the wide, compact and lean BVH have 32 rays in flight where the processor has AVX2, from 128 rays
+ * on: the fastest way.
  *
  * Errors: ARB_NULL_POINTER, ARB_MISALIGNED_POINTER, ARB_LENGTH_OVERFLOW, ARB_OVERLAP, ARB_NOT_OPEN, and any of
  * arb_status from 60 to 69, with the ray's number in arb_error.element. All rays are checked first, so `hits` is then

@@ -18,8 +18,8 @@ use crate::structure::{Representation, Structure};
 ///
 /// let triangles = [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)];
 /// let owned = OwnedIndex::build(IndexKind::WideBvh, &Scene::new(&triangles), &Options::DEFAULT)?;
-/// let rays = [Ray::new(Vec3::new(0.25, 0.25, -1.0), Vec3::Z)?; 100];
-/// let (mut hits, mut scratch) = ([Hit::NONE; 100], vec![0; BATCH_SCRATCH]);
+/// let rays = [Ray::new(Vec3::new(0.25, 0.25, -1.0), Vec3::Z)?; 200];
+/// let (mut hits, mut scratch) = ([Hit::NONE; 200], vec![0; BATCH_SCRATCH]);
 /// owned.index().closest_hits_in(&rays, &mut hits, &mut scratch);
 /// assert!(hits.iter().all(|hit| hit.t == 1.0));
 /// # }

@@ -5,6 +5,7 @@
 
 use arboleda::{AnyIndex, Counters, Hit, IndexKind, Mesh, OpenError, Options, Ray, Triangle, Vec3};
 
+use super::answers_in_flight;
 use crate::build::Built;
 use crate::{parallel, rays, scenes};
 
@@ -37,6 +38,7 @@ pub fn is_harmless_beside(bytes: &Built, mesh: Option<Mesh<'_>>, rays: &[Ray]) -
         };
         accepted += 1;
         assert!(index.check().is_ok(), "{} accepts what it finds malformed", kind.name());
+        answers_in_flight(&index, rays);
         for ray in rays {
             let mut counters = Counters::default();
             index.closest_hit_counted(ray, &mut counters);

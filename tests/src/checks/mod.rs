@@ -4,8 +4,8 @@ pub mod hostile;
 pub mod work;
 
 use arboleda::{
-    AllHits, AnyIndex, Counters, Hit, IndexKind, Mesh, Options, Ray, RayIndex, Scene, Triangle,
-    TriangleId, intersect,
+    AllHits, AnyIndex, BATCH_SCRATCH, Counters, Hit, IndexKind, Mesh, Options, Ray, RayIndex,
+    Scene, Triangle, TriangleId, intersect,
 };
 
 use crate::build::{Built, build_exactly};
@@ -57,6 +57,7 @@ pub fn index_equals_linear(
         assert_eq!(counts(&built, ray), counts(&copied, ray), "{} {ray:?}", kind.name());
     }
     many_equal_one_by_one(&built, rays, &expected);
+    rays_in_flight_equal(&built, rays, &expected);
 
     // 3. An index beside a mesh of the same triangles, with the same traversal.
     if kind.holds_triangles() {
@@ -84,6 +85,7 @@ pub fn is_the_same(beside: &AnyIndex<'_>, own: &AnyIndex<'_>, rays: &[Ray], expe
         assert_eq!(counts(beside, ray), counts(own, ray), "{name} {ray:?}");
     }
     many_equal_one_by_one(beside, rays, expected);
+    rays_in_flight_equal(beside, rays, expected);
 }
 
 /// Finds all hits of a ray by testing every triangle, sorted by `(t, id)`.
@@ -154,6 +156,45 @@ pub fn many_equal_one_by_one(index: &dyn RayIndex, rays: &[Ray], expected: &[Vec
         assert!(hits[answered..].iter().all(|hit| bits(hit) == bits(&untouched)));
         assert!(occluded[answered..].iter().all(|&occluded| occluded));
     }
+}
+
+/// Compares a batch that is long enough to have many rays in flight with the expected hits: the rays, over and over, in
+/// a scratch. Other kinds than those of the wide family use no scratch, and are left out.
+///
+/// # Panics
+/// If an answer differs by a bit.
+pub fn rays_in_flight_equal(index: &AnyIndex<'_>, rays: &[Ray], expected: &[Vec<Hit>]) {
+    let (hits, occluded) = answers_in_flight(index, rays);
+    for (at, (hit, expected)) in hits.iter().zip(expected.iter().cycle()).enumerate() {
+        let closest = expected.first().unwrap_or(&Hit::NONE);
+        let ray = &rays[at % rays.len()];
+        assert_eq!(bits(hit), bits(closest), "{}, ray {at}: {ray:?}", index.kind().name());
+        assert_eq!(occluded[at], !expected.is_empty(), "{}, ray {at}", index.kind().name());
+    }
+}
+
+/// Asks an index of the wide family for the answers of a batch with many rays in flight: the rays, over and over. None
+/// of other kinds, or without rays.
+fn answers_in_flight(index: &AnyIndex<'_>, rays: &[Ray]) -> (Vec<Hit>, Vec<bool>) {
+    /// More than the 128 from which on a batch has rays in flight, so that some begin where others ended.
+    const MANY: usize = 160;
+    let kinds = [
+        IndexKind::WideBvh,
+        IndexKind::WideBvhHierarchy,
+        IndexKind::CompactBvh,
+        IndexKind::CompactBvhHierarchy,
+        IndexKind::LeanBvh,
+        IndexKind::LeanBvhHierarchy,
+    ];
+    if !kinds.contains(&index.kind()) {
+        return Default::default();
+    }
+    let rays: Vec<Ray> = rays.iter().copied().cycle().take(MANY).collect();
+    let (mut hits, mut occluded) = (vec![Hit::NONE; rays.len()], vec![false; rays.len()]);
+    let mut scratch = vec![0xa5; BATCH_SCRATCH];
+    index.closest_hits_in(&rays, &mut hits, &mut scratch);
+    index.occluded_each_in(&rays, &mut occluded, &mut scratch);
+    (hits, occluded)
 }
 
 fn counts(index: &dyn RayIndex, ray: &Ray) -> ([Counters; 2], Option<Hit>) {

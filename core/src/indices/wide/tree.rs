@@ -88,7 +88,7 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
         }
     }
 
-    /// The links of all children of a node, by lane.
+    /// The links of all children of a node, by lane. Not copied, so that one of them can be read without the others.
     fn links(&self, link: u32) -> Option<&Row>;
 
     /// Prefetches the triangles that a bundle names, if they lie elsewhere.
@@ -99,7 +99,7 @@ pub(crate) trait InLanes<L: Lanes>: Tree {
     #[inline(always)]
     fn prefetch(self, _: u32) {}
 
-    /// As [`prefetch`](Self::prefetch), with no line too many, for a few instructions more.
+    /// As [`prefetch`](Self::prefetch), where the form can with no line too many, for a few instructions more.
     #[inline(always)]
     fn prefetch_exactly(self, link: u32) {
         self.prefetch(link);

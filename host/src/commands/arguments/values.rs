@@ -75,9 +75,8 @@ pub fn file_ending_in(endings: &'static [&'static str]) -> impl TypedValueParser
     })
 }
 
-/// Parses the name of a file of one format. A name that ends in another is refused; one without an ending is not, such
-/// as `/dev/stdout`.
-pub fn file_of(format: &'static str) -> impl TypedValueParser<Value = PathBuf> {
+/// Parses the name of a file of one format: with that ending, or without any, such as `/dev/stdout`.
+pub fn file_ending_in_or_bare(format: &'static str) -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(move |path| match path.extension() {
         Some(ending) if !ending.eq_ignore_ascii_case(format) => {
             Err(format!("the name must end in .{format}"))

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 
 use super::arguments::packed::PackedArguments;
-use super::arguments::values::{file_ending_in, file_of};
+use super::arguments::values::{file_ending_in, file_ending_in_or_bare};
 use super::arguments::{BuildArguments, IndexChoice, SceneArguments, unbuilt};
 use crate::benchmark::harness::progress::during;
 use crate::files::output::{check_outputs, write_npy};
@@ -48,15 +48,15 @@ pub struct Cast {
     rays: PathBuf,
     /// Write the hits to a .npy file. With `--index all`, `--hits h.npy` writes one file for each index: h.linear.npy,
     /// h.octree.npy and so on. `--points` and `--normals` do the same
-    #[arg(long, value_name = "HITS.npy", value_parser = file_of("npy"),
+    #[arg(long, value_name = "HITS.npy", value_parser = file_ending_in_or_bare("npy"),
         required_unless_present_any = ["points", "normals", "object_names"])]
     hits: Option<PathBuf>,
     /// Write the hit points: NaN for a miss. Each point is on its triangle, rounded to float32
-    #[arg(long, value_name = "POINTS.npy", value_parser = file_of("npy"))]
+    #[arg(long, value_name = "POINTS.npy", value_parser = file_ending_in_or_bare("npy"))]
     points: Option<PathBuf>,
     /// Write the geometric unit normals: float32, computed in float64, NaN for a miss. A normal points to the side from
     /// which the corners, in the order of the file, are seen counter-clockwise, whichever side the ray comes from
-    #[arg(long, value_name = "NORMALS.npy", value_parser = file_of("npy"))]
+    #[arg(long, value_name = "NORMALS.npy", value_parser = file_ending_in_or_bare("npy"))]
     normals: Option<PathBuf>,
     /// Write the object of each triangle as CSV, one row for each run of triangles: first_triangle, triangle_count,
     /// object. The object's name is that of the file's `o` and `g` lines

@@ -165,12 +165,13 @@ fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
     if most_open > MOST_NESTED {
         return invalid("it has more brackets inside each other than an array of numbers needs");
     }
-    // The product of all numbers in the header, among them those of the shape.
+    // The product of all numbers in the header, among them those of the shape. Each counts as at least 2: so the product
+    // is no less than their sum either, which Python may write instead of a number.
     let is_word = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
     let mut product: u64 = 1;
     for word in text.split(|byte| !is_word(byte)) {
         for number in numbers_of(word) {
-            match number.and_then(|number| product.checked_mul(number.max(1))) {
+            match number.and_then(|number| product.checked_mul(number.max(2))) {
                 Some(next) => product = next,
                 None => return invalid("it claims more elements than can be counted"),
             }
@@ -179,23 +180,24 @@ fn check_header(bytes: &[u8]) -> Result<(), RaysProblem> {
     Ok(())
 }
 
-/// Bounds from above the numbers of a word of letters, digits and underscores; `None` for one beyond `u64`.
+/// Bounds the numbers in a word of letters, digits and underscores from above; `None` for one beyond `u64`.
 ///
 /// A word that begins with a digit is one number, which Python may write as `1_000`, `0x3e8`, `0o1750` or
 /// `0b1111101000`. Its digits, read in base 16, are no less than in the base that is meant. Other words are names and
 /// types, whose decimal digits count.
-fn numbers_of(word: &[u8]) -> impl Iterator<Item = Option<u64>> {
-    let is_plain = word.iter().all(u8::is_ascii_digit);
-    let is_number = word.first().is_some_and(u8::is_ascii_digit) && !is_plain;
-    let base = if is_number { 16 } else { 10 };
-    let number = move |digits: &[u8]| {
+fn numbers_of(word: &[u8]) -> Vec<Option<u64>> {
+    let number = |digits: &[u8], base: u32| {
         let mut digits = digits.iter().filter_map(|&digit| char::from(digit).to_digit(base));
         digits.try_fold(0_u64, |number, digit| {
             number.checked_mul(u64::from(base))?.checked_add(u64::from(digit))
         })
     };
-    let parts = word.split(move |byte| !is_number && !byte.is_ascii_digit());
-    parts.filter(|digits| !digits.is_empty()).map(number)
+    let is_plain = word.iter().all(u8::is_ascii_digit);
+    if word.first().is_some_and(u8::is_ascii_digit) && !is_plain {
+        return vec![number(word, 16)];
+    }
+    let runs = word.split(|byte| !byte.is_ascii_digit()).filter(|digits| !digits.is_empty());
+    runs.map(|digits| number(digits, 10)).collect()
 }
 
 impl RayTable {

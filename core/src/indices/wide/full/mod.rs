@@ -26,7 +26,7 @@
 //! - Sorting a batch by octant and by the Morton code of the origins: rays of photons are up to a fifth faster then,
 //!   but sorting takes as long as asking.
 //! - Other orders of the rows: see `emit`.
-//! - 16 rays of a batch in queues by their next step (nodes, leaves, ends), with no branch in between. By simulation, a
+//! - A first try of what became `wavefront`: 16 rays of a batch in queues by their next step (nodes, leaves, ends), with no branch in between. By simulation, a
 //!   quarter fewer branch mispredictions, but a third more instructions and 0.55 to 0.8 of the speed, because the next
 //!   step waits for the queue.
 //! - Three, six or eight rays in turn instead of four, and a prefetch of half a node: no difference that stands out.

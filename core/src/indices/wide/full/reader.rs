@@ -5,8 +5,8 @@ use core::ops::ControlFlow;
 use crate::Vec3;
 use crate::geometry::{Aabb, Candidates, LaneRay, Triangle};
 use crate::indices::wide::rows::{
-    EDGES_ROW, EMPTY, IDS_ROW, LANES, LEAF_ROWS, LINKS_ROW, LeafRows, NODE_ROWS, ROW_MASK, Row,
-    first_lane, leaf_at, leaf_count, node_at, triangle_at,
+    EDGES_ROW, EMPTY, IDS_ROW, LANES, LEAF_BIT, LEAF_ROWS, LINKS_ROW, LeafRows, NODE_ROWS,
+    ROW_MASK, Row, first_lane, leaf_at, leaf_count, node_at, triangle_at,
 };
 use crate::indices::wide::tree::{InLanes, Step, Tree};
 use crate::query::{Query, TriangleId};
@@ -118,6 +118,6 @@ impl<L: Lanes> InLanes<L> for WideTree<'_> {
         let row = (link & ROW_MASK) as usize;
         L::prefetch(self.rows, row, LINES);
         // Of a leaf the fifth line, of a node the fourth again, which is cheaper than a branch.
-        L::prefetch(self.rows, row + 2 * (LINES - 1 + (link >> 31) as usize), 1);
+        L::prefetch(self.rows, row + 2 * (LINES - 1 + usize::from(link & LEAF_BIT != 0)), 1);
     }
 }

@@ -20,8 +20,7 @@
 //! | compact BVH | 1.03, 1.01, 1.08 | 1.03, 1.07, 1.10 | 1.01, 1.01, 1.02 |
 //! | lean BVH | 1.06, 0.99, 1.08 | 1.11, 1.14, 1.11 | 0.99, 1.00, 1.00 |
 //!
-//! With an older compiler it lost 5 to 8% on Zen 5: that one made gathers of the corners of one triangle. Rust 1.95 makes
-//! none.
+//! A compiler before Rust 1.95 made gathers of the corners of one triangle, and AVX-512 lost 5 to 8% on Zen 5.
 //!
 //! # Source
 //! C. Benthin, I. Wald, S. Woop, A. Áfra, *Compressed-Leaf Bounding Volume Hierarchies*, 2018, for the idea of

@@ -1,10 +1,10 @@
 //! Wavefront: many rays of a batch in flight, each step done for all of them in a pass of its own.
 //!
 //! ```text
-//! Next::Node     enter_nodes, or for any hit test_boxes and take_children  --> any queue
-//! Next::Leaf     test_leaves and judge, take_children                      --> any queue
-//! Next::Child    take_children                                             --> any queue
-//! Next::Answer   renew                                                     --> Next::Node, by the batch's next ray
+//! Next::Node       enter_nodes, or for any hit test_boxes and take_children  --> any queue
+//! Next::Leaf       test_leaves and judge, take_children                      --> any queue
+//! Next::TakeChild  take_children                                             --> any queue
+//! Next::Answer     renew                                                     --> Next::Node, by the batch's next ray
 //! ```
 //! | pass | for each ray that it is about | file |
 //! |---|---|---|
@@ -17,20 +17,33 @@
 //!
 //! - A ray waits in one of four queues, by what it does [next](room::Next).
 //! - Leaves are tested once eight rays are at leaves, or fewer than eight at nodes.
-//! - A pass has no branch that depends on a ray: even its next queue is calculated. So the processor works on as many
-//!   rays at once as its buffers hold.
+//! - A pass has no branch that is often mispredicted: even a ray's next queue is calculated. So the processor works on as
+//!   many rays at once as its buffers hold.
 //! - A ray's order of nodes is that of a single ray. What differs is when a hit shortens it, which changes no answer.
 //! - Rays that lanes cannot take are answered when their turn comes to begin. A ray whose stack is too short is
 //!   traversed on its own in the end.
 //! - An any-hit ray is done at the leaf at which a triangle is surely hit. Only triangles that are in doubt are judged.
-//! - A hit drops what lies behind it from the ray's stack, up to two entries. A ray that finds another such entry later,
-//!   or meets no child of a node, takes another child in the next round.
+//! - A hit drops what lies behind it from the ray's stack, up to two entries. A closest-hit ray that finds another such
+//!   entry later, or meets no child of a node, takes another child in the next round.
 //! - `judge` leaves to the kernel whatever its bounds cannot decide, so hits are the same bits.
 //!
 //! # Memory
 //! A [`Room`] of the caller. Its length does not depend on the batch.
 //!
 //! # Measured
+//! Closest hits, Zen 4, 100,000 photon rays, speed over the first wavefront, of which the rest is:
+//!
+//! | | figure 3 | 4(b) | city | mesh | city, 1M |
+//! |---|---|---|---|---|---|
+//! | wide BVH, AVX-512 | 1.09 | 1.11 | 1.11 | 1.04 | 1.10 |
+//! | wide BVH, AVX2 | 1.08 | 1.07 | 1.09 | 1.08 | 1.14 |
+//! | lean BVH, AVX2 | 1.10 | 1.11 | 1.13 | 1.04 to 1.10 | 1.08 |
+//! | compact BVH, AVX2 | 1.01 | 1.04 | 1.02 | 0.98 | 1.09 |
+//!
+//! - A child taken in the pass that tests the boxes, the next ray's boxes before it, queues that need no sorting, and no
+//!   line too many prefetched of a node: 4 to 8%, on a million 11%. 32 rays in flight instead of 64: 2 to 5% more, and
+//!   half the memory.
+//!
 //! The first wavefront, Zen 5, 100,000 photon rays, processor time, medians of pairs in turns with Embree's; "turns" are
 //! four rays in turn:
 //!
@@ -56,19 +69,16 @@
 //! - Occluded: no branch on a sure hit, no candidate copied where all are sure, no way through the queues for a ray
 //!   that is done, no comparison with its last `t`: 6 to 15%.
 //! - Two stale entries dropped at a hit: 10% in figure 3, 5% in a city, elsewhere within the noise.
-//! - Zen 4, closest hits: a child taken in the pass that tests the boxes, the next ray's boxes before it, queues that
-//!   need no sorting, and no line too many prefetched of a node: 4 to 8%, on a million 11%. 32 rays in flight instead of
-//!   64: 2 to 5% more, and half the memory.
 //!
 //! # What lost
 //! - One pass for boxes and children of any-hit rays too: 3 to 6% slower, because more of them meet no child, and those
 //!   wait for another round. With the keys passed through the stack, so that none waits: 9 to 12% slower.
-//! - Edges of leaves kept beside the links of rays: 8 to 15% slower where children are taken from the stack, because
-//!   their node has to be read.
-//! - Queues written all four, of which one counts the id: 8% slower.
+//! - The edge of a leaf written beside its link when the child is taken: 8 to 15% slower for any-hit rays, because it is
+//!   in the node, which nothing else reads when a child is taken from the stack.
+//! - A ray's id written to all four queues, and counted by one of them: 8% slower.
 //! - The edges of all leaves looked up before the first is tested: 3 to 4% slower.
 //! - `judge` compiled for AVX-512: within the noise.
-//! - Candidates by lane and link, and their triangles gathered when they are judged: the compiler spills all 36 numbers,
+//! - Candidates by lane and link, and their triangles gathered when they are judged: the compiler spills the 36 coordinates,
 //!   twice the instructions of copying each triangle into its lane of a [`Quad`](crate::simd::Quad).
 //! - The least key of each level beside the ray, from which one comparison finds the topmost entry that is not stale:
 //!   as fast as dropping two entries in figure 3, 1 to 4% slower elsewhere.
@@ -191,7 +201,7 @@ macro_rules! compiled_for {
                     {
                         test_leaves(tree, room, &batch);
                         take_children::<T, Q>(tree, room, Next::Leaf);
-                        take_children::<T, Q>(tree, room, Next::Child);
+                        take_children::<T, Q>(tree, room, Next::TakeChild);
                     }
                 }
             }

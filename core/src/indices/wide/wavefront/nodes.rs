@@ -7,9 +7,6 @@ use crate::indices::wide::tree::InLanes;
 use crate::query::Query;
 use crate::simd::{Avx2, FAR, LANES, Lanes, key};
 
-/// Links of a node that is not there.
-static NOWHERE: [u32; LANES] = [STALE; LANES];
-
 /// For closest hits: tests the boxes of each ray's node, takes the nearest child, and puts the node on the ray's stack
 /// if others are left.
 ///
@@ -20,12 +17,13 @@ static NOWHERE: [u32; LANES] = [STALE; LANES];
 pub(super) fn enter_nodes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
     let Room { slots, queues, .. } = room;
     let rays = queues.take(Next::Node);
+    // A link that leads nowhere meets no child, so its links are not used.
     let test = |slot: &Slot| match (
         tree.meet_node(slot.link, &slot.ray, slot.last),
         tree.links(slot.link),
     ) {
         (Some(keys), Some(links)) => (keys, links),
-        _ => (bytemuck::must_cast([FAR; LANES]), &NOWHERE),
+        _ => (bytemuck::must_cast([FAR; LANES]), &[STALE; LANES]),
     };
     let mut tested = test(&slots[rays.id(0)]);
     for at in 0..rays.count {
@@ -34,15 +32,16 @@ pub(super) fn enter_nodes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
         tested = test(&slots[rays.id(at + 1)]);
         let id = rays.id(at);
         let slot = &mut slots[id];
+        if slot.height >= STACK as u32 {
+            slot.give_up();
+            queues.put(Next::TakeChild, id);
+            continue;
+        }
+        // The keys are new, so none lies behind the last `t`.
         let (nearest, lane) = Avx2::nearest(keys);
         let rest = Avx2::without(keys, lane);
         // Without a branch, which would often be mispredicted.
         let link = select_unpredictable(nearest == FAR, STALE, links[lane]);
-        if slot.height >= STACK as u32 {
-            slot.give_up();
-            queues.put(Next::Child, id);
-            continue;
-        }
         // The entry is always written, and kept if a child is left.
         let entry = &mut slot.stack[slot.height as usize % STACK];
         entry.keys = bytemuck::must_cast(rest);
@@ -67,10 +66,8 @@ pub(super) fn test_boxes<T: InLanes<Avx2>>(tree: T, room: &mut Room) {
         let slot = &mut slots[id];
         let (keys, links) =
             (tree.meet_node(slot.link, &slot.ray, slot.last), tree.links(slot.link));
-        let (Some(keys), Some(links)) = (keys, links) else {
-            slot.clear_stack();
-            continue;
-        };
+        // A ray whose link leads nowhere takes another child.
+        let (Some(keys), Some(links)) = (keys, links) else { continue };
         if slot.height >= STACK as u32 {
             slot.give_up();
             continue;

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::geometry::LaneRay;
-use crate::indices::wide::rows::LANES;
+use crate::indices::wide::rows::{LANES, LEAF_BIT};
 use crate::memory::ALIGNMENT;
 use crate::query::Hit;
 use crate::simd::{FAR, Quad};
@@ -19,7 +19,8 @@ pub(super) const SLOTS: usize = 32;
 /// that needs more is traversed on its own.
 pub(super) const STACK: usize = 16;
 
-/// Link of a ray that has to take another child: its topmost waiting node lies behind its hit. Also the link of an unused
+/// Link of a ray that has to take another child: its topmost waiting node lies behind its hit, or it meets no child of
+/// its node. Also the link of an unused
 /// lane in quantised nodes, which a ray meets where planes fall together.
 pub(super) const STALE: u32 = u32::MAX;
 /// Link of a ray whose walk is over. It leads past the end of every tree.
@@ -98,8 +99,8 @@ pub(super) enum Next {
     Leaf,
     /// Gives its answer: its walk is over.
     Answer,
-    /// Takes another child.
-    Child,
+    /// Takes another child from its stack.
+    TakeChild,
 }
 
 impl Next {
@@ -109,12 +110,12 @@ impl Next {
     #[inline(always)]
     pub fn of(link: u32) -> Self {
         const { assert!(DONE == u32::MAX - 1 && STALE == u32::MAX) };
-        // Without a branch: the leaf bit, and how far the link is past the last of a leaf.
-        match (link >> 31) + link.saturating_sub(DONE - 1) {
+        // Without a branch: 0 for a node, 1 for a leaf, 2 for `DONE`, 3 for `STALE`.
+        match u32::from(link & LEAF_BIT != 0) + link.saturating_sub(DONE - 1) {
             0 => Self::Node,
             1 => Self::Leaf,
             2 => Self::Answer,
-            _ => Self::Child,
+            _ => Self::TakeChild,
         }
     }
 }
@@ -187,7 +188,7 @@ impl Taken {
         Self { ids: core::array::from_fn(|id| id as u8), count: SLOTS }
     }
 
-    /// The ray at a place. Past the last is any.
+    /// The ray at a place. Past the last: any slot.
     #[inline(always)]
     pub fn id(&self, at: usize) -> usize {
         self.ids[at % SLOTS] as usize % SLOTS
